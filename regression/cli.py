@@ -46,12 +46,15 @@ def fit(
     report: Annotated[
         Path | None, typer.Option(metavar="FIT.html", help="Write an HTML page on data, formulas, errors and failures.")
     ] = None,
+    jobs: Annotated[int | None, advanced(min=1, help="Worker processes; default: all processors.")] = None,
     json_output: Annotated[bool, typer.Option("--json", help="Print the content of the formula file.")] = False,
 ) -> None:
     """Fit a friction formula to the results of one or more sweeps, with its errors."""
     check_outputs({"output": output, "plot": plot, "report": report}, output=".json")
     with working("fit"):
-        formula = regression.fit(runs, family, corners=corners, nested=nested, paths=paths, noise=noise, oil=oil)
+        formula = regression.fit(
+            runs, family, corners=corners, nested=nested, paths=paths, noise=noise, oil=oil, jobs=jobs
+        )
     formula.save(output)
     formula.write(plot=plot, report=report)
     if json_output:

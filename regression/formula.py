@@ -262,6 +262,7 @@ def fit(
     paths: Results | None = None,
     noise: Results | None = None,
     oil: str | None = None,
+    jobs: int | None = None,
 ) -> Formula:
     """Fit a friction formula to the results of one or more sweeps.
 
@@ -284,6 +285,8 @@ def fit(
     oil : str, optional
         The oil of coefficients, errors, range and interval, if the data have several; networks are trained on the
         contacts of all. A further oil is best fitted together with the shipped datasets.
+    jobs : int, optional
+        Worker processes that train the networks, if that takes long; default: all processors.
 
     Returns
     -------
@@ -316,6 +319,7 @@ def fit(
         "paths": None if paths is None else dataset_of(paths),
         "noise": None if noise is None else dataset_of(noise),
         "oil": oil,
+        "jobs": jobs,
     }
     if family == "best":
         found = fit_families(dataset, corners=corners, nested=nested, **checks)

@@ -145,8 +145,8 @@ class _Problem:
             slopes[:, 0] += residual / root * by_shift
             slopes[:, 1] += residual / root * by_stretch
         slopes /= len(mu)
-        inner = (slopes @ last[:, :-1]) * (1.0 - two**2) ** 1.5
-        outer = (inner @ second[:, :-1]) * (1.0 - one**2) ** 1.5
+        inner = (slopes @ last[:, :-1]) * _slope_of(two)
+        outer = (inner @ second[:, :-1]) * _slope_of(one)
         gradient = [
             np.column_stack([down.T @ up, down.sum(axis=0)])
             for down, up in ((outer, self.x), (inner, one), (slopes, two))
@@ -167,6 +167,12 @@ class _Problem:
         )
         rounded = np.rint(np.asarray(found.x) * 10.0**DIGITS).astype(int)
         return tuple(tuple(map(int, row)) for layer in self.layers(rounded) for row in layer)
+
+
+def _slope_of(squashed: Array) -> Array:
+    """ds/dz = (1 - s^2)^1.5 of the activation s(z)."""
+    rest = 1.0 - squashed * squashed
+    return np.asarray(rest * np.sqrt(rest))
 
 
 _OUTLIER = 0.05  # residual of ln mu above which the loss is linear
@@ -357,7 +363,7 @@ def fit_form(
     """Fit the coefficients of a family to the rows of a dataset, then the networks for its parts.
 
     frame: usable rows.
-    network: add the networks; for a family with parts only.
+    network: add the networks (`with_networks`).
     by_oil: coefficients of each oil, and networks that correct all of these forms.
     near: fit to most of the same rows as the start.
     Raises `InputError`: several boundary frictions that are no input of the family, or too few dimensions;
@@ -378,7 +384,13 @@ def fit_form(
     if by_oil:
         each = {str(oil): fitted(frame[frame["oil"] == oil], str(oil)) for oil in frame["oil"].unique()}
         form = replace(form, of_oil=each)
-    if not network or family.parts is None:
+    return with_networks(form, frame) if network else form
+
+
+def with_networks(form: FittedForm, frame: pd.DataFrame) -> FittedForm:
+    """The form with networks that correct its parts, trained on the rows it was fitted to; unchanged without parts."""
+    family = form.family
+    if family.parts is None:
         return form
     parts = np.empty((2, len(frame)))
     for oil, rows in _rows_of_oils(frame, form.of_oil):
@@ -389,6 +401,6 @@ def fit_form(
         parts_of(family, frame),
         computed_friction(frame),
         np.nan_to_num(frame["friction_error"].to_numpy(dtype=float)),
-        mu_b,
+        boundary_friction_of(frame),
     )
     return replace(form, network=trained)

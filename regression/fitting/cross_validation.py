@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,8 +11,9 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.runner import run_tasks
 from regression.data.dataset import Dataset, columns
-from regression.fitting.coefficients import FittedForm, fit_form
+from regression.fitting.coefficients import FittedForm, fit_form, with_networks
 from regression.fitting.rows import box_of, computed_friction, fitted_rows
 from regression.friction.conditions import Array
 from regression.friction.data_cloud import CloudDistance, data_cloud
@@ -25,6 +26,8 @@ _INNER_FOLDS = 5
 _KEPT: dict[tuple[str, bool, bool, bytes], tuple[FittedForm, HeldOut]] = {}
 _MAX_KEPT = 32
 _CELLS = 4  # cells per axis of the (p, R) groups
+# closed form, the rows it was fitted to, rows that were held out
+HeldTask = tuple[FittedForm, pd.DataFrame, pd.DataFrame]
 
 
 @dataclass(frozen=True)
@@ -73,39 +76,56 @@ def cross_validate(
     network: bool = False,
     by_oil: bool = False,
     folds: NDArray[np.int64] | None = None,
+    jobs: int | None = 1,
 ) -> HeldOut:
     """Friction of every row by a formula, including networks, fitted without its fold.
 
     frame: usable rows.
     network, by_oil: as in `fit_form`.
     folds (n,): default: those of `fold_numbers`.
+    jobs: worker processes that train the networks.
     """
     folds = fold_numbers(frame) if folds is None else folds
     mu, deviation = np.empty(len(frame)), np.zeros(len(frame))
     extrapolated = np.zeros(len(frame), dtype=bool)
     form: FittedForm | None = None
+    tasks: list[HeldTask] = []
     for number in np.unique(folds):
         held = folds == number
         rest = frame[~held].reset_index(drop=True)
-        form = fit_form(family, rest, network=network, by_oil=by_oil, near=form)
-        mu[held], spread = form.friction(frame[held])
-        if spread is not None:
-            deviation[held] = spread
+        form = fit_form(family, rest, by_oil=by_oil, near=form)
+        tasks.append((form, rest, frame[held]))
         cloud = data_cloud(columns(rest), box_of(family, rest))
         if cloud is not None:
             extrapolated[held] = cloud.extrapolation(columns(frame[held])) >= CloudDistance.NEAR
+    for number, (value, spread) in zip(np.unique(folds), frictions(tasks, network=network, jobs=jobs), strict=True):
+        mu[folds == number] = value
+        if spread is not None:
+            deviation[folds == number] = spread
     return HeldOut(mu, deviation if network else None, folds, extrapolated)
 
 
+def frictions(
+    tasks: Sequence[HeldTask], *, network: bool, jobs: int | None = 1
+) -> Iterator[tuple[Array, Array | None]]:
+    """mu of held-out rows and the standard deviation of ln mu, by forms that get their networks first."""
+    return run_tasks(tasks, _friction_with_networks, jobs=jobs) if network else (f.friction(h) for f, _, h in tasks)
+
+
+def _friction_with_networks(task: HeldTask) -> tuple[Array, Array | None]:
+    form, fitted, held = task
+    return with_networks(form, fitted).friction(held)
+
+
 def fitted_and_held_out(
-    family: Family, frame: pd.DataFrame, *, network: bool = False, by_oil: bool = False
+    family: Family, frame: pd.DataFrame, *, network: bool = False, by_oil: bool = False, jobs: int | None = 1
 ) -> tuple[FittedForm, HeldOut]:
     """The fit to all rows and the result of `cross_validate`, cached in the process."""
     identity = (family.name, network, by_oil, _digest(frame))
     if identity not in _KEPT:
         found = (
             fit_form(family, frame, network=network, by_oil=by_oil),
-            cross_validate(family, frame, network=network, by_oil=by_oil),
+            cross_validate(family, frame, network=network, by_oil=by_oil, jobs=jobs),
         )
         while len(_KEPT) >= _MAX_KEPT:
             del _KEPT[next(iter(_KEPT))]

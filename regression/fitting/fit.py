@@ -16,7 +16,7 @@ from ehl.common.threads import single_thread
 from regression import __version__
 from regression.data.dataset import Dataset, columns
 from regression.fitting.coefficients import fit_form
-from regression.fitting.cross_validation import fitted_and_held_out, nested_cross_validate
+from regression.fitting.cross_validation import fitted_and_held_out, frictions, nested_cross_validate
 from regression.fitting.noise import BANDS, band_noise, expected_rows, measured_noise, realisation_scatter
 from regression.fitting.rows import box_of, checkable_rows, computed_friction, kept_rows, own_rows, usable_rows
 from regression.friction.conditions import UNITS, Array
@@ -175,6 +175,7 @@ def fit_formula(
     paths: Dataset | None = None,
     noise: Dataset | None = None,
     oil: str | None = None,
+    jobs: int | None = None,
 ) -> FittedFormula:
     """Fit one family of formulas to a dataset; arguments as in `regression.fit`.
 
@@ -197,8 +198,9 @@ def fit_formula(
             raise InputError(name, ", ".join(others), allowed, hint)
     with single_thread():
         by_oil = oil is not None and len(dataset.oils) > 1
-        form, held_out = fitted_and_held_out(family, frame, network=network, by_oil=by_oil)
-        other_oil = None if oil is not None else _width_of_oils_left_out(family, frame, network=network)
+        workers = jobs if network and expected_seconds([NETWORK], len(frame)) > _WORTH_WORKERS else 1
+        form, held_out = fitted_and_held_out(family, frame, network=network, by_oil=by_oil, jobs=workers)
+        other_oil = None if oil is not None else _width_of_oils_left_out(family, frame, network=network, jobs=workers)
     # networks are trained on all rows; the following results are for the selected oil
     own = own_rows(frame, oil)
     frame, held_out = frame[own].reset_index(drop=True), held_out.of(own)
@@ -268,7 +270,8 @@ def fit_formula(
 
 
 # processor time of a fit, of any closed form and of a network, with ten folds [s, s per row]
-CLOSED_FORM_SECONDS, NETWORK_SECONDS = (1.0, 0.001), (9.0, 0.06)
+CLOSED_FORM_SECONDS, NETWORK_SECONDS = (1.0, 0.001), (6.0, 0.03)
+_WORTH_WORKERS = 30.0  # processor time of a fit from which on worker processes, 2 s each, save time [s]
 
 
 def expected_seconds(names: Sequence[str], rows: int) -> float:
@@ -285,6 +288,7 @@ def fit_families(
     paths: Dataset | None = None,
     noise: Dataset | None = None,
     oil: str | None = None,
+    jobs: int | None = None,
 ) -> tuple[FittedFormula, ...]:
     """All families fitted to the same rows, sorted by mean held-out error of mu.
 
@@ -299,7 +303,7 @@ def fit_families(
     for number, name in enumerate(names):
         report_progress("formulas", number, len(names), expected_seconds(names[number:], len(dataset.frame)))
         try:
-            fitted.append(fit_formula(dataset, name, corners=corners, paths=paths, noise=noise, oil=oil))
+            fitted.append(fit_formula(dataset, name, corners=corners, paths=paths, noise=noise, oil=oil, jobs=jobs))
         except (InputError, ConvergenceError) as error:
             refused[name] = error
     if not fitted:
@@ -316,16 +320,18 @@ def fit_families(
     return tuple(ordered)
 
 
-def _width_of_oils_left_out(family: Family, frame: pd.DataFrame, *, network: bool) -> float | None:
+def _width_of_oils_left_out(family: Family, frame: pd.DataFrame, *, network: bool, jobs: int | None) -> float | None:
     """Half width of ln mu that covers the cases of each oil with a fit without it; None for fewer than three oils."""
     oils = frame["oil"].unique() if "oil" in frame else ()
     if len(oils) < 3:
         return None
-    error = []
+    tasks = []
     for oil in oils:
         held = own_rows(frame, oil)
-        form = fit_form(family, frame[~held].reset_index(drop=True), network=network)
-        error.append(np.abs(np.log(form.friction(frame[held])[0] / computed_friction(frame[held]))))
+        rest = frame[~held].reset_index(drop=True)
+        tasks.append((fit_form(family, rest), rest, frame[held]))
+    found = zip(tasks, frictions(tasks, network=network, jobs=jobs), strict=True)
+    error = [np.abs(np.log(mu / computed_friction(held))) for (_, _, held), (mu, _) in found]
     return conformal_width(np.concatenate(error), INTERVAL_LEVEL)
 
 

@@ -92,6 +92,15 @@ def test_networks_halve_the_held_out_error_and_survive_the_file(
     np.testing.assert_allclose(again.evaluate(conditions).upper, network.evaluate(conditions).upper, rtol=1e-12)
 
 
+def test_networks_trained_in_worker_processes_are_identical(
+    dataset: Dataset, network: FittedFormula, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("regression.fitting.fit._WORTH_WORKERS", 0.0)
+    monkeypatch.setattr("regression.fitting.cross_validation._KEPT", {})
+    again = fit_formula(rubbing_more(dataset), NETWORK, jobs=2)
+    assert again.to_json() == network.to_json()
+
+
 def test_networks_of_same_data_are_identical(dataset: Dataset, network: FittedFormula) -> None:
     frame, _ = usable_rows(rubbing_more(dataset), corners=False)
     again = fit_form(SHORT, frame, network=True).network
