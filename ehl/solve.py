@@ -8,7 +8,7 @@ import numpy as np
 
 from ehl.common.errors import ConvergenceError
 from ehl.common.threads import one_thread
-from ehl.elastic_shear import elastic_shear
+from ehl.elastic_shear import elastic_shear, rubbing_friction
 from ehl.inputs import ContactProblem
 from ehl.result import ContactResult
 from ehl.rough.dry_limit import DryLimit, dry_limit, flash_of_rubbing
@@ -174,7 +174,7 @@ def _rough(
 
 def _dry(smooth: ContactResult, dry: DryLimit, problem: ContactProblem, *, thermal: bool) -> ContactResult:
     """Result with the whole load on the asperities."""
-    friction, bulk = problem.surface.boundary_friction, problem.temperature_bulk
+    friction, bulk = rubbing_friction(problem.line, problem.surface.boundary_friction), problem.temperature_bulk
     hot = flash_of_rubbing(problem.line, friction, problem.bodies, bulk) if thermal else max(bulk)
     return replace(
         smooth,

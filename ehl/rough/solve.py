@@ -17,6 +17,7 @@ import numpy as np
 
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
+from ehl.elastic_shear import rubbing_friction
 from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
 from ehl.material import Material
@@ -82,7 +83,7 @@ def solve_transient(
     surfaces: both profiles; default: smooth.
     accuracy: level, or relative tolerance on mu.
     boundary_film: h_boundary [m], 1 nm to 20 um; default: that of extreme-pressure additives.
-    boundary_friction: mu_b of the asperity pressure [-]; without sliding there is no friction.
+    boundary_friction: mu_b of the asperity pressure [-]; less at slips where it sticks (`rubbing_friction`).
     peklenik_number: gamma of the side flow, at least 1/3; infinity: no side flow (sealed valleys).
     thermal: thermal effects in film and surfaces.
     hardness: largest total pressure [Pa].
@@ -114,7 +115,7 @@ def solve_transient(
         plan = replace(plan, give_up=plan.bound)
     if boundary_study is not None:
         plan = replace(plan, boundary_study=boundary_study)
-    sliding_friction = boundary_friction if contact.speed_sliding > 0.0 else 0.0
+    sliding_friction = rubbing_friction(contact, boundary_friction)
     settings = Settings(
         round(length / plan.spacing),
         film,

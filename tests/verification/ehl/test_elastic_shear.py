@@ -11,7 +11,15 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from ehl.contact import Contact
-from ehl.elastic_shear import SHARE_FULL, SHARE_NEGLECTED, body_compliance, counted, elastic_shear, elastic_stress
+from ehl.elastic_shear import (
+    SHARE_FULL,
+    SHARE_NEGLECTED,
+    body_compliance,
+    counted,
+    elastic_shear,
+    elastic_stress,
+    rubbing_friction,
+)
 from ehl.fluid._kernels import march_stress, stress_after
 from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
@@ -167,3 +175,44 @@ def test_rough_solver_strains_the_film_like_the_smooth_one() -> None:
     steady = elastic_shear(film.x, film.pressure, film.film, film.shear_stress, line, soft).ratio
     assert ratio < 0.97
     assert 1.0 - ratio == pytest.approx(1.0 - steady, rel=0.05)
+
+
+def carter_traction(slip: float, friction: float, width: float, slope: float) -> float:
+    """Traction of superposed half-ellipses: mu p over the contact less mu p (a/b) over the stick zone, half-width a.
+
+    The stick zone has no strain gradient but the slip: slip = mu (b - a)/R_J with 2/R_J = 4/(slope b); by quadrature.
+    """
+    radius = slope * width / 2.0
+    stick = max(width - slip * radius / friction, 0.0)
+    x = np.linspace(-1.0, 1.0, 200_001)
+    ellipse = np.sqrt(1.0 - x**2)
+    full = np.trapezoid(friction * ellipse, x) * width
+    taken = np.trapezoid(friction * (stick / width) * ellipse, x) * stick
+    return float((full - taken) / (np.trapezoid(ellipse, x) * width))
+
+
+@pytest.mark.parametrize("slip", [1e-7, 1e-5, 2e-4, 6e-4, 9e-4])
+def test_rubbing_with_a_stick_zone_is_that_of_superposed_ellipses(slip: float) -> None:
+    line = line_contact(slide_to_roll=slip)
+    slope = 4.0 * line.radius_equivalent / line.half_width
+    expected = carter_traction(slip, 0.1, line.half_width, slope)
+    assert rubbing_friction(line, 0.1) == pytest.approx(expected, rel=1e-5)
+
+
+def test_friction_of_a_rough_contact_has_no_jump_at_rolling() -> None:
+    def rough(slip: float) -> float:
+        state = STATE | {"speed_entrainment": "0.5 m/s", "roughness_rms": "0.5 um", "seed": 1}
+        return Contact(**state, slide_to_roll=slip, accuracy="fast").solve().friction_coefficient
+
+    small, larger, full = rough(1e-6), rough(1e-5), rough(5e-3)
+    assert small == pytest.approx(larger / 10.0, rel=0.2)
+    assert 0.0 < small < 0.02 * full
+
+
+def test_full_slip_of_every_contact_of_the_data_is_mu_b() -> None:
+    """Slips of the shipped data start at 0.5 %: at 2.5 GPa the contact slips as a whole above 0.2 %."""
+    line = LineContact(0.015, 226e9, math.pi * (2.5e9) ** 2 * 2.0 * 0.015 / 226e9, 0.5, 0.005)
+    assert line.pressure_hertz == pytest.approx(2.5e9)
+    assert rubbing_friction(line, 0.085) == 0.085
+    assert rubbing_friction(replace(line, slide_to_roll=0.001), 0.085) < 0.08
+    assert rubbing_friction(replace(line, slide_to_roll=0.0), 0.085) == 0.0
