@@ -29,6 +29,7 @@ EDGE_REACH = 1.0 / 60.0
 _MIN_CROSSING = 0.1
 # tuned: largest relative radius of two flanks with a line of contact [m] (this work); may be changed freely
 MAX_RADIUS = 10.0
+_APART = 1e-3  # separation at points beyond a limit of undercut, more than any deflection closes [m]
 MAX_POSITIONS, MAX_POINTS_PER_LINE = 1000, 301  # of a cycle; work rises with the square of the points
 
 
@@ -379,8 +380,9 @@ def sectioned_fields(
     # its curvature adds to that of the conjugate flanks, its slope shifts the point of closest approach
     slope = eu * up + ev * vp
     curvature = rate / (surface_gear * surface_pinion) + euu * up**2 + 2.0 * euv * up * vp + evv * vp**2
-    # near a limit of undercut the separation of the flanks becomes slower; beyond it they would penetrate
-    curvature = np.maximum(curvature, 1.0 / MAX_RADIUS)
+    # beyond a limit of undercut the separation has a maximum at the line: there is no contact but that of the edges
+    beyond = curvature < 1.0 / MAX_RADIUS
+    curvature, slope = np.where(beyond, 1.0 / MAX_RADIUS, curvature), np.where(beyond, 0.0, slope)
     u1, h1 = p(u, v, ("u1", "h1"))
     gear, pinion = surface.gear.blank, surface.pinion.blank
     mark_gear, mark_pinion = surface.marks(u, v, ("gear", "pinion"))
@@ -391,7 +393,7 @@ def sectioned_fields(
         "along": along.T,
         "across": across.T,
         "length": length,
-        "minimum_gap": p(u, v, ("ease_off",))[0] - 0.5 * slope**2 / curvature,
+        "minimum_gap": p(u, v, ("ease_off",))[0] - 0.5 * slope**2 / curvature + _APART * beyond,
         "radius_equivalent": 1.0 / curvature,
         "lever_pinion": sign * lever_pinion,
         "lever_gear": sign * np.sign(assembly.ratio) * lever_gear,
