@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from efficiency.blanks.iso_10300 import RatingInput
+from efficiency.blanks.rating import RatingInput
 from efficiency.cutting.blank import Hand, Length
 from efficiency.cutting.machine import GENERATIONS, Generation
 from efficiency.cutting.process import PROCESSES

@@ -11,16 +11,27 @@ available: this is not a certified calculation. Life factors of case-hardened st
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from efficiency.blanks.rating import (
+    CANTILEVERED,
+    Pair,
+    RatedPair,
+    RatingInput,
+    Side,
+    SpectrumRating,
+    as_pair,
+    curvature_factor,
+    dynamic_factor,
+    life_factors,
+    load_cycles,
+    spectrum_rating,
+)
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
-from ehl.common.units import ValueRange
-from ehl.common.validation import InputModel
 
 if TYPE_CHECKING:
     from efficiency.blanks.pair_blank import PairBlank
@@ -28,8 +39,6 @@ if TYPE_CHECKING:
 
 STRESS_CORRECTION = 2.0
 """Y_ST: root stress of the test gears over their nominal one."""
-ROOT_ROUGHNESS = 16e-6
-"""Default Rz of the root fillets [m] (ISO/TR 10300-30, sample 1)."""
 RZ_OF_RQ = 6.0 * math.sqrt(2.0 / math.pi)
 """Rz over Rq: Rz = 6 Ra, and Ra of Gaussian heights."""
 # slip layer of case-hardened steel [mm]
@@ -100,115 +109,17 @@ def size_factor(module: float) -> float:
     return min(max(1.05 - 10.0 * module, 0.80), 1.0)
 
 
-Side = Literal["drive", "coast"]
-SIDES: tuple[Side, Side] = ("drive", "coast")
-Pair = tuple[float, float]  # values of pinion and gear
-Curve = tuple[Sequence[float], Sequence[float]]
-Torque = Annotated[float, ValueRange("N*m", gt=0.0, le=1e7)]
-Speed = Annotated[float, ValueRange("rad/s", gt=0.0, le=1e5)]
-Hours = Annotated[float, ValueRange("h", gt=0.0, le=1e6)]
-Stress = Annotated[float, ValueRange("Pa", gt=0.0, le=1e10)]
-Rz = Annotated[float, ValueRange("m", gt=0.0, le=1e-4)]
 # K_Hbeta-be by the verification of the contact pattern, with neither, one or both members cantilevered (Table 4)
 _MOUNTING = {"full_load": (1.0, 1.0, 1.0), "light_load": (1.05, 1.10, 1.25), "sample": (1.20, 1.32, 1.50)}
-_CANTILEVERED = ("neither", "one", "both")
 _TRANSVERSE = {7: 1.1, 8: 1.2, 9: 1.4}  # K_Halpha-C of spiral teeth by accuracy grade; below 1 (Table 5)
 _STEEL = 210e9, 0.3, 7860.0  # modulus [Pa], Poisson's ratio, density [kg/m3]
 _STIFFNESS = 20e9, 14e9  # mesh and single stiffness of average teeth per face width [N/m2]
 _AVERAGE_LOAD = 100e3  # load per face width below which teeth are softer [N/m]
-BEVEL_FACTOR = 1.2
-"""Z_K: bevel factor of the permissible contact stress."""
-# load cycles and life factors of case-hardened steel, lines of log over log between them; pitting, root
+# load cycles and life factors of case-hardened steel; pitting, root
 PITTING_LIFE = (1e5, 5e7, 1e10), (1.6, 1.0, 0.85)
 ROOT_LIFE = (1e3, 3e6, 1e10), (2.5, 1.0, 0.85)
-
-
-class RatingLoad(InputModel):
-    """One step of a load spectrum."""
-
-    torque: Torque
-    speed: Speed
-    hours: Hours
-
-
-class RatingFactors(InputModel):
-    """Table `rating` of a design file: additional inputs of the load capacity after ISO 10300.
-
-    `cantilevered`: members without bearings on both sides. `pattern_verified`: how the contact pattern is checked, of
-    each pair under full or light load, or of a sample. With `pitch_deviation_gear` the dynamic and transverse load
-    factors are of Method B, else of Method C with the accuracy grade of ISO 17485.
-    """
-
-    application_factor: Annotated[float, ValueRange("", ge=1.0, le=5.0)] = 1.0
-    dynamic_factor: Annotated[float, ValueRange("", ge=1.0, le=5.0)] | None = None
-    pitch_deviation_gear: Annotated[float, ValueRange("m", ge=0.0, le=5e-4)] | None = None
-    accuracy_grade: Literal[5, 6, 7, 8, 9] = 7
-    cantilevered: Literal["neither", "one", "both"] = "one"
-    pattern_verified: Literal["full_load", "light_load", "sample"] = "light_load"
-    profile_crowning: Literal["low", "high"] = "low"
-    root_rz: Rz = ROOT_ROUGHNESS
-    life: Hours | None = None
-    loads: tuple[RatingLoad, ...] = ()
-
-
-class RatingInput(RatingFactors):
-    """Table `rating` of a blank file: load, blades, material and oil as well."""
-
-    torque: Torque
-    speed: Speed
-    edge_radius_pinion: Annotated[float, ValueRange("m", gt=0.0, le=0.02)]
-    edge_radius_gear: Annotated[float, ValueRange("m", gt=0.0, le=0.02)]
-    contact_endurance: Stress = 1.5e9
-    bending_endurance: Stress = 480e6
-    viscosity_kinematic_40: Annotated[float, ValueRange("m^2/s", gt=0.0, le=1e-2)] = 150e-6
-    flank_rz: Rz = 8e-6
-
-
-@dataclass(frozen=True)
-class RatedMember:
-    """Data of one member for the rating; names and units of `MemberBlank`."""
-
-    teeth: int
-    pitch_angle: float
-    mean_cone_distance: float
-    mean_diameter: float
-    outer_diameter: float
-    mean_spiral_angle: float
-    mean_addendum: float
-    mean_whole_depth: float
-    thickness_coefficient: float
-
-
-@dataclass(frozen=True)
-class RatedPair:
-    """Data of a pair for the rating, a subset of `PairBlank` with its names and units."""
-
-    pinion: RatedMember
-    gear: RatedMember
-    ratio: float
-    hypoid_offset: float
-    cutter_radius: float
-    module_normal: float
-    offset_angle: float
-    offset_angle_pitch_plane: float
-    pressure_angle_drive: float
-    pressure_angle_coast: float
-    effective_pressure_angle_drive: float
-    effective_pressure_angle_coast: float
-    profile_shift: float
-    dedendum_factor: float
-    virtual_drive: VirtualGears
-    virtual_coast: VirtualGears
-
-
-@dataclass(frozen=True)
-class SpectrumRating:
-    """Miner sums of a load spectrum, and the factors on all its stresses at which they are 1; (pinion, gear)."""
-
-    damage_pitting: Pair
-    damage_root: Pair
-    safety_pitting_spectrum: Pair
-    safety_root_spectrum: Pair
+BEVEL_FACTOR = 1.2
+"""Z_K: bevel factor of the permissible contact stress."""
 
 
 @dataclass(frozen=True)
@@ -250,31 +161,18 @@ class FlankRating:
     spectrum: SpectrumRating | None  # None without a load spectrum
 
 
-def life_factor(curve: Curve, cycles: float) -> float:
-    """Z_NT or Y_NT of `PITTING_LIFE` or `ROOT_LIFE` after load cycles."""
-    return float(np.exp(np.interp(math.log(max(cycles, 1.0)), np.log(curve[0]), np.log(curve[1]))))
-
-
-def _cycles(curve: Curve, ratio: float) -> float:
-    """Cycles to failure at a stress over the permissible one of the reference life; infinite below the last factor."""
-    cycles, factors = np.log(curve[0])[::-1], np.log(curve[1])[::-1]
-    if math.log(ratio) < factors[0]:
-        return math.inf
-    return math.exp(float(np.interp(math.log(ratio), factors, cycles)))
-
-
 def rate_flank(pair: PairBlank | RatedPair, inputs: RatingInput, side: Side) -> FlankRating:
     """Load capacity of the flanks of one side at the torque of the inputs, and over their spectrum.
 
     The same torque is taken for both sides; for the coast side its direction is reversed.
     """
     flank = _Flank(pair, inputs, side)
-    now, speeds = flank.at(inputs.torque, inputs.speed), np.array([1.0, 1.0 / pair.ratio])
-    cycles = 1800.0 * (inputs.life or math.nan) * inputs.speed * speeds / math.pi
+    now = flank.at(inputs.torque, inputs.speed)
     contact_limit, root_limit = flank.contact_limit * np.ones(2), flank.root_limit
     if inputs.life is not None:
-        contact_limit = contact_limit * [life_factor(PITTING_LIFE, n) for n in cycles]
-        root_limit = root_limit * [life_factor(ROOT_LIFE, n) for n in cycles]
+        cycles = load_cycles(pair.ratio, inputs.speed, inputs.life)
+        contact_limit = contact_limit * life_factors(PITTING_LIFE, cycles)
+        root_limit = root_limit * life_factors(ROOT_LIFE, cycles)
     return FlankRating(
         force_tangential=now.tangential,
         force_normal=now.normal,
@@ -290,42 +188,19 @@ def rate_flank(pair: PairBlank | RatedPair, inputs: RatingInput, side: Side) -> 
         film_factors=flank.film,
         contact_stress_nominal=now.contact_nominal,
         contact_stress=now.contact,
-        contact_stress_permissible=_pair(contact_limit),
-        safety_pitting=_pair(contact_limit / now.contact),
+        contact_stress_permissible=as_pair(contact_limit),
+        safety_pitting=as_pair(contact_limit / now.contact),
         contact_ratio_factor=flank.contact_ratio_factor,
         spiral_angle_factor=flank.spiral_angle_factor,
-        form_factor=_pair(flank.form[:, 0]),
-        notch=_pair(flank.form[:, 1]),
-        stress_correction=_pair(flank.form[:, 2]),
-        root_stress_nominal=_pair(now.root_nominal),
-        root_stress=_pair(now.root),
-        root_stress_permissible=_pair(root_limit),
-        safety_root=_pair(root_limit / now.root),
+        form_factor=as_pair(flank.form[:, 0]),
+        notch=as_pair(flank.form[:, 1]),
+        stress_correction=as_pair(flank.form[:, 2]),
+        root_stress_nominal=as_pair(now.root_nominal),
+        root_stress=as_pair(now.root),
+        root_stress_permissible=as_pair(root_limit),
+        safety_root=as_pair(root_limit / now.root),
         spectrum=flank.spectrum(),
     )
-
-
-def _pair(values: Sequence[float] | FloatArray) -> Pair:
-    return float(values[0]), float(values[1])
-
-
-def damage(curve: Curve, steps: Sequence[tuple[float, float]], safety: float = 1.0) -> float:
-    """Miner sum of a spectrum: stress over the permissible one of the reference life, and load cycles."""
-    return sum(n / _cycles(curve, safety * ratio) if safety * ratio <= curve[1][0] else math.inf for ratio, n in steps)
-
-
-def _safety(curve: Curve, steps: Sequence[tuple[float, float]]) -> float:
-    """Factor on all stresses at which the damage is 1."""
-    from scipy.optimize import brentq  # slow to import
-
-    most = curve[1][0] / max(ratio for ratio, _ in steps)
-    if damage(curve, steps, most * (1.0 - 1e-12)) < 1.0:
-        return most
-    # below the last factor of the curve the damage is 0
-    logarithm = brentq(
-        lambda x: min(damage(curve, steps, math.exp(x)), 10.0) - 1.0, math.log(1e-6 * most), math.log(most)
-    )
-    return math.exp(logarithm)
 
 
 @dataclass(frozen=True)
@@ -351,9 +226,9 @@ class _Flank:
         self.virtual: VirtualGears = pair.virtual_drive if drive else pair.virtual_coast
         self.alpha_n = pair.pressure_angle_drive if drive else pair.pressure_angle_coast
         self.alpha_e = pair.effective_pressure_angle_drive if drive else pair.effective_pressure_angle_coast
-        mounting = _MOUNTING[inputs.pattern_verified][_CANTILEVERED.index(inputs.cantilevered)]
+        mounting = _MOUNTING[inputs.pattern_verified][CANTILEVERED.index(inputs.cantilevered)]
         self.face_load = 1.5 * mounting  # (28)
-        self.curvature_factor = _curvature_factor(pair)
+        self.curvature_factor = curvature_factor(pair)
         self.lines = self._contact_lines()
         self.mid_zone = self._mid_zone_factor()
         self.elasticity = math.sqrt(_STEEL[0] / (2.0 * math.pi * (1.0 - _STEEL[1] ** 2)))  # (51)
@@ -397,29 +272,17 @@ class _Flank:
 
     def spectrum(self) -> SpectrumRating | None:
         """Damage of the load spectrum, if there is one."""
-        loads = self.inputs.loads
-        if not loads:
-            return None
-        steps = [(self.at(load.torque, load.speed), 1800.0 * load.hours * load.speed / math.pi) for load in loads]
-        # of each member the stress of every step over the limit, and its load cycles
-        members = tuple(enumerate((1.0, 1.0 / self.pair.ratio)))
-        contact = [[(step.contact / self.contact_limit, n * u) for step, n in steps] for _, u in members]
-        root = [[(step.root[i] / self.root_limit[i], n * u) for step, n in steps] for i, u in members]
-        return SpectrumRating(
-            damage_pitting=_pair([damage(PITTING_LIFE, member) for member in contact]),
-            damage_root=_pair([damage(ROOT_LIFE, member) for member in root]),
-            safety_pitting_spectrum=_pair([_safety(PITTING_LIFE, member) for member in contact]),
-            safety_root_spectrum=_pair([_safety(ROOT_LIFE, member) for member in root]),
-        )
+        pair, steps = self.pair, []
+        for load in self.inputs.loads:
+            now, cycles = self.at(load.torque, load.speed), load_cycles(pair.ratio, load.speed, load.hours)
+            steps.append((now.contact / self.contact_limit * np.ones(2), now.root / self.root_limit, cycles))
+        return spectrum_rating((PITTING_LIFE, ROOT_LIFE), steps)
 
     def _dynamic_factor(self, force: float, speed: float, soft: float) -> float:
         """K_v (8) to (25)."""
         pair, inputs = self.pair, self.inputs
         if inputs.pitch_deviation_gear is None:
-            rim = 0.5 * speed / pair.ratio * pair.gear.outer_diameter
-            exponent = 0.25 * (inputs.accuracy_grade - 4.0) ** 0.667
-            a = 50.0 + 56.0 * (1.0 - exponent)
-            return float((a / (a + math.sqrt(200.0 * rim))) ** -exponent)
+            return dynamic_factor(pair, speed, inputs.accuracy_grade)
         mean = math.cos(0.5 * (pair.pressure_angle_drive + pair.pressure_angle_coast))
         masses = [0.125 * _STEEL[2] * math.pi * (m.mean_diameter / mean) ** 2 for m in (pair.pinion, pair.gear)]
         reduced = masses[0] * masses[1] / sum(masses)
@@ -546,12 +409,3 @@ class _Flank:
             )
         slender, notch = chord / arm, 0.5 * chord / fillet
         return shape, notch, (1.2 + 0.13 * slender) * notch ** (1.0 / (1.21 + 2.3 / slender))
-
-
-def _curvature_factor(pair: PairBlank | RatedPair) -> float:
-    """K_F0 (33) to (35)."""
-    spiral, cone = pair.gear.mean_spiral_angle, pair.gear.mean_cone_distance
-    if spiral < 1e-3 or pair.cutter_radius > cone:
-        return 1.0
-    power = 0.279 / math.log10(math.sin(spiral))
-    return float(min(max(0.211 * (pair.cutter_radius / cone) ** power + 0.789, 1.0), 1.15))

@@ -10,10 +10,12 @@ from math import asin, cos, sin, sqrt, tan
 from pathlib import Path
 
 from efficiency.blanks import dimensions, tangency
+from efficiency.blanks.agma_2003 import rate_agma
 from efficiency.blanks.checks import blank_warnings, check_dimensions, check_pressure_angles
 from efficiency.blanks.dimensions import factors, taper_angles
 from efficiency.blanks.inputs import PairBlankInput, load_blank
-from efficiency.blanks.iso_10300 import SIDES, rate_flank
+from efficiency.blanks.iso_10300 import rate_flank
+from efficiency.blanks.rating import SIDES
 from efficiency.blanks.lengthwise import Trace, check_trace
 from efficiency.blanks.method_1 import method_1
 from efficiency.blanks.method_2 import method_2
@@ -195,7 +197,8 @@ def pair_blank(inputs: PairBlankInput | Path | str) -> PairBlank:
     # below a contact ratio of 1 (a warning) there is no contact line in the middle
     meshes = min(virtual_drive.contact_ratio_total, virtual_coast.contact_ratio_total) > 1.0
     rated = [rate_flank(pair, inputs.rating, side) for side in SIDES] if inputs.rating and meshes else [None, None]
-    return replace(pair, warnings=blank_warnings(pair), rating_drive=rated[0], rating_coast=rated[1])
+    agma = rate_agma(pair, inputs.rating) if inputs.rating else None
+    return replace(pair, warnings=blank_warnings(pair), rating_drive=rated[0], rating_coast=rated[1], rating_agma=agma)
 
 
 def pitch_cones(inputs: PairBlankInput) -> tangency.PitchCones:

@@ -1,10 +1,11 @@
 """Blank of a pair: every dimension of both members, and design warnings."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from math import tan
 from typing import Any
 
+from efficiency.blanks.agma_2003 import AgmaRating
 from efficiency.blanks.dimensions import UndercutLimit
 from efficiency.blanks.iso_10300 import FlankRating
 from efficiency.blanks.slots import Three
@@ -204,6 +205,7 @@ class PairBlank(Reportable):
     # load capacity of both flanks, if the file has a table `rating`
     rating_drive: FlankRating | None = None
     rating_coast: FlankRating | None = None
+    rating_agma: AgmaRating | None = None  # after AGMA 2003, with a table `rating.agma_2003`
 
     def __repr__(self) -> str:
         return (
@@ -318,12 +320,26 @@ class PairBlank(Reportable):
             tables.append(self.drawing_table())
         if self.rating_drive and self.rating_coast:
             tables += rating_tables({"drive": self.rating_drive, "coast": self.rating_coast})
+        tables += agma_tables(self.rating_agma)
         return [Section("", [Head(title), *tables])]
 
 
-def rating_tables(flanks: dict[str, FlankRating], notes: Sequence[str] = ()) -> list[Item]:
-    """The rating sheet: common values, and values of each member."""
-    shared = [f.name for f in fields(FlankRating) if f.type == "float"]
+def rating_tables(flanks: Mapping[str, FlankRating], notes: Sequence[str] = ()) -> list[Item]:
+    """The rating sheet after ISO 10300: common values, and values of each member."""
+    return _rating(flanks, "load capacity after ISO 10300, Method B1", ("rating", "safety"), notes)
+
+
+def agma_tables(rated: AgmaRating | None) -> list[Item]:
+    """The rating sheet after AGMA 2003, empty without one."""
+    title = "load capacity after AGMA 2003"
+    return _rating({"both": rated}, title, ("rating_agma", "safety_agma")) if rated else []
+
+
+def _rating(
+    flanks: Mapping[str, FlankRating | AgmaRating], title: str, names: tuple[str, str], notes: Sequence[str] = ()
+) -> list[Item]:
+    first = next(iter(flanks.values()))
+    shared = [f.name for f in fields(first) if f.type == "float"]
     members = {
         side: {
             name: value
@@ -334,7 +350,7 @@ def rating_tables(flanks: dict[str, FlankRating], notes: Sequence[str] = ()) -> 
         }
         for side, flank in flanks.items()
     }
-    own = list(members["drive"])
+    own = list(next(iter(members.values())))
     rows = [
         (side, member, *(values[name][i] for name in own))
         for side, values in members.items()
@@ -345,12 +361,12 @@ def rating_tables(flanks: dict[str, FlankRating], notes: Sequence[str] = ()) -> 
         Table(
             ["side", *_columns(shared, 4)],
             [(side, *(getattr(flank, name) for name in shared)) for side, flank in flanks.items()],
-            "load capacity after ISO 10300, Method B1",
-            name="rating",
+            title,
+            name=names[0],
             vertical=True,
         ),
         Table(
-            ["side", "member", *_columns(own, 4)], rows, "stresses and safety", [*notes, note], "safety", vertical=True
+            ["side", "member", *_columns(own, 4)], rows, "stresses and safety", [*notes, note], names[1], vertical=True
         ),
     ]
 

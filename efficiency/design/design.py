@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar
 import numpy as np
 from pydantic import Field, model_validator
 
-from efficiency.blanks.iso_10300 import RatingFactors
+from efficiency.blanks.rating import RatingFactors
 from efficiency.contact.assembly import Assembly, DisplacedAxes
 from efficiency.contact.flank_deviation import FlankDeviation
 from efficiency.contact.gear_flanks import MEMBERS, GearFlanks, Member, Side

@@ -12,16 +12,10 @@ from typing import Any, Protocol
 import numpy as np
 
 from efficiency.blanks.dimensions import placement
-from efficiency.blanks.iso_10300 import (
-    RZ_OF_RQ,
-    FlankRating,
-    RatedMember,
-    RatedPair,
-    RatingInput,
-    RatingLoad,
-    rate_flank,
-)
-from efficiency.blanks.pair_blank import rating_tables
+from efficiency.blanks.agma_2003 import AgmaRating, rate_agma
+from efficiency.blanks.iso_10300 import RZ_OF_RQ, FlankRating, rate_flank
+from efficiency.blanks.pair_blank import agma_tables, rating_tables
+from efficiency.blanks.rating import RatedMember, RatedPair, RatingInput, RatingLoad
 from efficiency.blanks.tangency import PitchCones
 from efficiency.blanks.virtual_gears import virtual_gears
 from efficiency.contact.gear_flanks import MEMBERS, SIDES, Member
@@ -64,6 +58,7 @@ class DesignRating(Reportable):
     inputs: RatingInput  # torque, speed, factors, material and oil of the rating
     drive: FlankRating
     coast: FlankRating
+    agma_2003: AgmaRating | None  # with a table `rating.agma_2003`
     notes: tuple[str, ...]  # values that the design does not contain
     status: str = "converged"
     reason: str = ""
@@ -80,7 +75,8 @@ class DesignRating(Reportable):
     def sections(self, medium: Medium = "page", *args: Any, **options: Any) -> list[Section]:
         """The rating sheet: factors of both flanks, stresses and safety factors of both members."""
         title = f"{self.name}: {self.inputs.torque:.5g} N m, {self.inputs.speed * 30.0 / math.pi:.5g} rpm at the pinion"
-        return [Section("", [Head(title), *rating_tables({"drive": self.drive, "coast": self.coast}, self.notes)])]
+        both = {"drive": self.drive, "coast": self.coast}
+        return [Section("", [Head(title), *rating_tables(both, self.notes), *agma_tables(self.agma_2003)])]
 
 
 def rate_design(
@@ -119,7 +115,9 @@ def rate_design(
         viscosity_kinematic_40=Oil.load(own.oil).viscosity_kinematic_40,
     )
     drive, coast = (rate_flank(pair, inputs.model_copy(update={"loads": loads[side]}), side) for side in SIDES)
-    return DesignRating(design.name, inputs, drive, coast, tuple(notes))
+    # AGMA 2003 rates both flanks with the same numbers
+    agma = rate_agma(pair, inputs.model_copy(update={"loads": loads["drive"]}))
+    return DesignRating(design.name, inputs, drive, coast, agma, tuple(notes))
 
 
 def _steps(rows: Sequence[Row], side: str) -> list[RatingLoad]:
@@ -170,6 +168,7 @@ def rated_pair(design: Design) -> RatedPair:
             blank.mean_cone_distance,
             diameter,
             diameter + blank.face_width * math.sin(blank.pitch_angle),
+            blank.face_width,
             float(spiral),
             blank.mean_addendum,
             blank.mean_addendum + blank.mean_dedendum,

@@ -23,7 +23,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from efficiency.blanks.iso_10300 import (
-    ROOT_ROUGHNESS,
     RZ_OF_RQ,
     STRESS_CORRECTION,
     lubricant_factor,
@@ -33,6 +32,7 @@ from efficiency.blanks.iso_10300 import (
     speed_factor,
     surface_factor,
 )
+from efficiency.blanks.rating import ROOT_ROUGHNESS
 from efficiency.contact.mesh_surface import EDGES
 from efficiency.ltca.limits import EDGE_LIMIT, EDGE_NOTE, EdgeLoad, edges_carry, flank_place
 from efficiency.ltca.load_distribution import LoadDistribution, TeethElasticity

@@ -16,12 +16,14 @@ import pytest
 from refusals import refuses
 
 import efficiency
+from efficiency.blanks.agma_2003 import AgmaRating, hardness_ratio_factor, life_curves, stress_numbers
 from efficiency.blanks.dimensions import FaceAndRoot, Placement
 from efficiency.blanks.inputs import DepthTypeOne, PairBlankInput, load_blank
-from efficiency.blanks.iso_10300 import FlankRating, RatingInput, rate_flank
+from efficiency.blanks.iso_10300 import FlankRating, rate_flank
 from efficiency.blanks.lengthwise import Trace
 from efficiency.blanks.pair import pair_blank
 from efficiency.blanks.pair_blank import PairBlank
+from efficiency.blanks.rating import AgmaMember, RatingFactors, RatingInput, life_factor
 from efficiency.blanks.slots import SlotGeometry, slots_and_lands
 from efficiency.blanks.tangency import PitchCones
 from efficiency.conditions.duty import DutyRow
@@ -33,6 +35,7 @@ from efficiency.geometry.design_rating import rated_pair
 from efficiency.machine_settings.gear import cut_gear, pair_dimensions
 from efficiency.machine_settings.inputs import load_targets
 from ehl.common.data import data_path
+from ehl.common.table import Table
 from ehl.common.validation import validate
 
 REFERENCE: dict[str, Any] = json.loads(data_path("reference", "iso23509_samples.json").read_text(encoding="utf-8"))
@@ -419,6 +422,113 @@ def test_load_capacity_of_the_technical_report(name: str) -> None:
         value = np.atleast_1d(getattr(rated, quantity))
         # the report rounds: its K_v of sample 1, 1.020, is 0.3 % above ours, and its stresses follow
         assert value == pytest.approx(printed, rel=3e-3), quantity
+
+
+# printed in ANSI/AGMA 2003-D19, Annex E, in psi and hp; read in the self test of the same repository
+PSI, HP = 6894.757, 745.6999
+AGMA: dict[str, tuple[tuple[float, ...], float]] = {
+    "dynamic_factor": ((1.081,), 1.5e-3), "face_load_factor": ((1.1036,), 1e-4),
+    "size_factor_pitting": ((0.5625,), 1e-4), "size_factor_root": ((0.5248,), 1e-4),
+    "curvature_factor": ((1.0,), 1e-9), "elasticity_factor": ((2290.0 * math.sqrt(PSI),), 1e-3),
+    "contact_stress": ((149384.0 * PSI,), 1.5e-3), "root_stress": ((18194.0 * PSI, 18613.0 * PSI), 1.5e-3),
+    # rounded life factors, used as printed in what follows
+    "life_factor_pitting": ((1.0, 1.06), 4e-3), "life_factor_root": ((0.94, 0.95), 6e-3),
+    "hardness_ratio_factor": ((1.0, 1.0), 1e-9),
+    "contact_stress_permissible": ((200000.0 * PSI, 212000.0 * PSI), 5e-3),
+    "root_stress_permissible": ((28200.0 * PSI, 28500.0 * PSI), 6e-3),
+    "power_pitting": ((71.67 * HP, 80.53 * HP), 7e-3), "power_root": ((62.0 * HP, 61.2 * HP), 6e-3),
+}  # fmt: skip
+
+
+def agma(**changes: Any) -> dict[str, Any]:
+    """Annex E of AGMA 2003 as a table `rating`."""
+    steel = {"contact_stress_number": 200e3 * PSI, "bending_stress_number": 30e3 * PSI}
+    factors = {"pitting_geometry_factor": 0.109, **changes}
+    factors |= {
+        member: {"bending_geometry_factor": value} | steel for member, value in (("pinion", 0.222), ("gear", 0.217))
+    }
+    return {
+        "torque": 1440.0 * 0.112984829,
+        "speed": 1750.0 * pi / 30.0,
+        "life": None,
+        "accuracy_grade": 5,
+        "cantilevered": "one",
+        "edge_radius_pinion": 8e-4,
+        "edge_radius_gear": 1.2e-3,
+        "agma_2003": factors,
+    }
+
+
+def rated_agma(rating: dict[str, Any], name: str = "iso23509_f2") -> AgmaRating:
+    """Rating of a blank, by default that of Annex E: 14x39, 5.6 teeth per inch, face 1 inch, cutter 9 inches."""
+    inputs = load_blank(name).model_copy(update={"rating": validate(RatingInput, rating)})
+    found = pair_blank(inputs).rating_agma
+    assert found is not None
+    return found
+
+
+def test_load_capacity_of_agma_2003_annex_e() -> None:
+    found = rated_agma({**agma(), "life": 1e9 / 60.0 / 1750.0})
+    for name, (printed, tolerance) in AGMA.items():
+        assert np.atleast_1d(getattr(found, name)) == pytest.approx(printed, rel=tolerance), name
+    assert found.safety_pitting[0] == pytest.approx(200000.0 / 149384.0, rel=2e-3)
+    tables = stress_numbers(AgmaMember(bending_geometry_factor=0.2), "pinion")
+    assert tables == pytest.approx((1380e6, 205e6))
+    with refuses("rating.agma_2003"):
+        rated_agma(agma(), "iso23509_f4")
+
+
+def test_factors_of_agma_2003_by_hand() -> None:
+    plain = rated_agma(agma())
+    rare, hot = rated_agma(agma(one_failure_in=1000)), rated_agma(agma(temperature_blank=273.15 + 159.0))
+    assert rare.safety_pitting[0] == pytest.approx(plain.safety_pitting[0] / 1.12)
+    assert rare.safety_root[1] == pytest.approx(plain.safety_root[1] / 1.25)
+    assert hot.safety_root[0] == pytest.approx(plain.safety_root[0] / (432.0 / 393.0))
+    assert rated_agma(agma(crowning_factor=2.0)).contact_stress == pytest.approx(plain.contact_stress * sqrt(2.0 / 1.5))
+    # S_H at the torque that the power allows is 1
+    there = {**agma(), "torque": agma()["torque"] * plain.safety_pitting[0] ** 2}
+    assert rated_agma(there).safety_pitting[0] == pytest.approx(1.0)
+    # K_L has a knee at 3e6 cycles, below 1e3 it is constant
+    pitting, root = life_curves(False)
+    assert root[0][1] == pytest.approx(3.0e6, rel=0.02)
+    assert life_factor(root, 10.0) == pytest.approx(6.1514 * 1e3**-0.1192)
+    assert life_factor(pitting, 1e7) == pytest.approx(3.4822 * 1e7**-0.0602)
+    assert life_factor(life_curves(True)[1], 1e9) == pytest.approx(1.683 * 1e9**-0.0323)
+    soft = AgmaMember(bending_geometry_factor=0.2, material="through_hardened", brinell=250.0)
+    harder = soft.model_copy(update={"brinell": 400.0})
+    assert stress_numbers(soft, "gear") == pytest.approx((750.39e6, 89.48e6))
+    assert hardness_ratio_factor(harder, soft, 3.0, 0.8e-6) == pytest.approx(1.0 + 2.0 * (0.00898 * 1.6 - 0.00829))
+    assert hardness_ratio_factor(soft, soft, 3.0, 0.8e-6) == 1.0
+    case = AgmaMember(bending_geometry_factor=0.2)
+    assert hardness_ratio_factor(case, soft, 3.0, 1e-6) == pytest.approx(1.0 + 0.15 * math.exp(-0.52))
+    with refuses("brinell"):
+        validate(AgmaMember, {"bending_geometry_factor": 0.2, "material": "through_hardened"})
+    with refuses("rating.agma_2003.gear.grade"):
+        stress_numbers(AgmaMember(bending_geometry_factor=0.2, material="nitralloy"), "gear")
+
+
+def test_load_spectrum_after_agma_2003() -> None:
+    step = {"torque": agma()["torque"], "speed": 183.0, "hours": 1e3}
+    found, twice = rated_agma({**agma(), "loads": [step]}), rated_agma({**agma(), "loads": [step, step]})
+    assert found.spectrum is not None
+    assert twice.spectrum is not None
+    assert twice.spectrum.damage_root == pytest.approx([2.0 * x for x in found.spectrum.damage_root])
+    cycles = 1800.0 * 1e3 * 183.0 / pi
+    # one step: the safety of its own life
+    alone = rated_agma({**agma(), "life": 1e3, "speed": 183.0})
+    assert found.spectrum.safety_root_spectrum == pytest.approx(alone.safety_root, rel=1e-6)
+    assert life_factor(life_curves(False)[0], cycles) == pytest.approx(alone.life_factor_pitting[0])
+
+
+def test_design_is_rated_after_agma_2003_as_its_blank() -> None:
+    design = load_design("fm_spiral_bevel_14x39")
+    factors = RatingFactors(**{k: v for k, v in agma().items() if k in RatingFactors.model_fields})
+    rated = efficiency.GearPair(design.model_copy(update={"rating": factors})).rating("162.7 N m", "1750 rpm")
+    assert rated.agma_2003 is not None
+    assert rated.agma_2003.contact_stress == pytest.approx(149384.0 * PSI, rel=5e-3)
+    names = [item.name for item in rated.sections()[0].items if isinstance(item, Table)]
+    assert names == ["rating", "safety", "rating_agma", "safety_agma"]
+    assert json.dumps(rated.to_dict(), allow_nan=False)
 
 
 @pytest.mark.parametrize(("design", "name"), [("fh_hypoid_9x34", "iso23509_f4"), ("fm_hypoid_13x42", "iso23509_f3")])

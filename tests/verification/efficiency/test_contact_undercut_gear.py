@@ -12,8 +12,13 @@ from efficiency.contact.conjugate import EaseOffTarget, conjugate_flank
 from efficiency.contact.contact_search import transmission
 from efficiency.contact.ease_off import conjugate_points, relative_regularity
 from efficiency.contact.mesh_surface import MeshSurface, mesh_surface
+from efficiency.ltca.limits import edge_load
 from efficiency.machine_settings.gear import cut_gear, pair_dimensions
+from efficiency.machine_settings.inputs import SettingsInput
+from efficiency.machine_settings.solve import machine_settings
+from efficiency.pair import GearPair
 from ehl.common.errors import ConvergenceError
+from ehl.common.units import ARCSEC
 from ehl.common.validation import validate
 
 RELIEF = EaseOffTarget(lengthwise_crowning=40e-6, profile_crowning=12e-6)
@@ -115,3 +120,41 @@ def test_a_contact_out_of_proportion_with_the_ease_off_is_refused(surface: MeshS
     spoilt[0, 1, names.index("azimuth")] += 0.02
     with pytest.raises(ConvergenceError, match="out of proportion"):
         transmission(replace(surface, patch=replace(patch, coefficients=spoilt)))
+
+
+def test_lines_beyond_the_limit_of_undercut_carry_no_load() -> None:
+    """Near the heel the lines at the gear tip pass the limit of undercut in this misaligned state.
+
+    The flanks separate there to both sides of the largest penetration. Taken as contact, 2.1 % of the torque was on
+    the tip edge whatever its relief, and the loaded transmission error had a step of 130 arcsec.
+    """
+    end, flank = {"amount": "26 um", "length": "2.5 mm"}, {"crowning_toe": "61 um", "crowning_heel": "61 um"}
+    flank |= {"relief_root": "15 um", "relief_tip": "15 um", "bias": -0.25}
+    blank = {
+        "name": "milled",
+        "method": 0,
+        "process": "face_milling",
+        "teeth_pinion": 12,
+        "teeth_gear": 23,
+        "hand_pinion": "right",
+        "outer_pitch_diameter_gear": "129.227 mm",
+        "face_width_gear": "21.0434 mm",
+        "mean_spiral_angle_gear": "22.854 deg",
+        "cutter_radius": "51.7077 mm",
+        "taper": {"type": "tilted_root"},
+        "backlash": {"type": "outer_transverse", "value": "0.129 mm"},
+    }
+    targets = {
+        "name": "milled",
+        "blank": blank,
+        "cutting": {"gear": "formate", "pinion": "each_flank"},
+        "targets": {"drive": flank, "coast": flank},
+        "operation": {"torque": "169 N m", "speed": "2865 rpm", "temperature": "90 degC", "oil": "75w90"},
+    }
+    for member, tip in (("pinion", "35 um"), ("gear", "69 um")):
+        targets[member] = {"edge_relief": {"tip": {"amount": tip, "length": "2.2 mm"}, "toe": end, "heel": end}}
+    pair = GearPair(machine_settings(validate(SettingsInput, targets), transmission=False).design)
+    mesh = pair.mesh("drive", positions=12, points_per_line=21, E=5e-5, P=5e-5, G=5e-5)
+    load = mesh.load("169 N m").grids.fine
+    assert edge_load(load, mesh.grids.teeth).share < 1e-3
+    assert float(np.ptp(load.transmission_error)) < 80.0 * ARCSEC
