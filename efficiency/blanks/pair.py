@@ -15,12 +15,12 @@ from efficiency.blanks.checks import blank_warnings, check_dimensions, check_pre
 from efficiency.blanks.dimensions import factors, taper_angles
 from efficiency.blanks.inputs import PairBlankInput, load_blank
 from efficiency.blanks.iso_10300 import rate_flank
-from efficiency.blanks.rating import SIDES
 from efficiency.blanks.lengthwise import Trace, check_trace
 from efficiency.blanks.method_1 import method_1
 from efficiency.blanks.method_2 import method_2
 from efficiency.blanks.method_3 import method_3
 from efficiency.blanks.pair_blank import MemberBlank, PairBlank
+from efficiency.blanks.rating import SIDES
 from efficiency.blanks.slots import SlotGeometry, SlotsAndLands, slots_and_lands
 from efficiency.blanks.virtual_gears import virtual_gears
 from efficiency.cutting.blank import Hand

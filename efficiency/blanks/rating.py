@@ -1,4 +1,4 @@
-"""Inputs of the load capacity of a bevel pair (ISO 10300, AGMA 2003), geometry that it requires, life and load spectrum.
+"""Load capacity of a bevel pair (ISO 10300, AGMA 2003): inputs, geometry that it requires, life and load spectrum.
 
 A life curve is a sequence of lines of log stress over log load cycles; a load spectrum is rated by the Miner sum.
 """

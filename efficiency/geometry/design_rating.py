@@ -11,8 +11,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from efficiency.blanks.dimensions import placement
 from efficiency.blanks.agma_2003 import AgmaRating, rate_agma
+from efficiency.blanks.dimensions import placement
 from efficiency.blanks.iso_10300 import RZ_OF_RQ, FlankRating, rate_flank
 from efficiency.blanks.pair_blank import agma_tables, rating_tables
 from efficiency.blanks.rating import RatedMember, RatedPair, RatingInput, RatingLoad
