@@ -2,7 +2,7 @@
 
 ``python benchmarks/counts.py`` prints the table and ends with 1 if a count lies outside its tolerance;
 ``--write`` makes the counts of this run the baseline, counts.json. Seconds on a shared machine scatter by tens of per
-cent; these do not scatter at all. A count far below its baseline fails too: it asks for a new baseline. Calls are those
+cent; these do not scatter at all. A count far below its baseline fails too and requires a new baseline. Calls are those
 of the program's own Python functions, compiled kernels and libraries left out.
 """
 
@@ -44,7 +44,7 @@ SMOOTH = 4
 
 @dataclass(frozen=True)
 class Count:
-    """One count beside its baseline."""
+    """One count and its baseline."""
 
     name: str
     value: int

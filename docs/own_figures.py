@@ -6,7 +6,7 @@ from typing import Any
 
 
 def scraper(block: Any, block_vars: dict[str, Any], gallery_conf: dict[str, Any]) -> str:
-    """Save the variable ``figure`` of an example, as sphinx-gallery asks for it."""
+    """Save the variable ``figure`` of an example, in the form that sphinx-gallery requires."""
     import matplotlib.pyplot as plt
     from sphinx_gallery.scrapers import figure_rst
 

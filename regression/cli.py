@@ -20,13 +20,14 @@ from ehl.common.console import (
     pairs,
     print_json,
     print_text,
+    reason_text,
     working,
 )
 
 
 def fit(
     runs: Annotated[
-        list[Path], typer.Argument(metavar="RUN...", help="Folders or files of results, or shipped datasets.")
+        list[Path], typer.Argument(metavar="RUN", help="Folders or files of results, or shipped datasets.")
     ],
     output: Annotated[Path, typer.Option("-o", "--output", metavar="FORMULA.json", help="The formula file.")],
     family: Annotated[str, typer.Option(help="best (by held-out error), network, or the name of one family.")] = "best",
@@ -132,10 +133,10 @@ def mu(
     else:
         _print_friction(content, friction.title)
         if spread is not None and spread.low < spread.high:
-            print_text(f"inputs: mu = {'; '.join((spread.headline(), *spread.notes))}")
+            print_text(f"with inputs: mu = {'; '.join((spread.headline(), *spread.notes))}")
     outside = friction.range_note(oil=name, **point) if isinstance(friction, regression.Formula) else ""
     if outside or content["flag"] != "ok":
-        typer.echo(f"note: {outside or content['flag'].replace('_', ' ')}", err=True)
+        typer.echo(f"note: {outside or reason_text(content['flag'])}", err=True)
     if other:
         typer.echo(f"note: {other}", err=True)
     if content["friction_coefficient"] is None:
@@ -147,7 +148,7 @@ def _print_friction(content: dict[str, Any], label: str) -> None:
     value = content["friction_coefficient"]
     line = "mu = none" if value is None else f"mu = {value:.4f}"
     if content["friction_lower"] is not None:
-        line += f"  ({content['friction_lower']:.4f} to {content['friction_upper']:.4f})"
+        line += f"  ({content['friction_lower']:.4f} to {content['friction_upper']:.4f}, error of the formula)"
     if "in_convex_hull" in content:
         line += f"  {'inside' if content['in_convex_hull'] else 'outside'} the convex hull of its data"
     mark = "" if content.get("certainty", "published") == "published" else " (M: equation unverified, at least in part)"

@@ -64,7 +64,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         for number, (label, name, *pair) in enumerate(CHANGES):
             seen, alone = [], []
             for k in range(options.count):
-                # torques and alignments that were never asked for; the others go to and fro
+                # torques and alignments that were not used before; the others alternate
                 value = {"torque": f"{120 + 30 * k}", "E": f"{0.05 * (k + 1):.2f}"}.get(name, pair[k % 2])
                 time.sleep(1.5)
                 before = page.evaluate(_ANSWER)

@@ -3,7 +3,7 @@
     python validation/finish_sensitivity.py [waves|film|cutoff|lay|finishes|gears]
 
 One contact of a truck hypoid pair (1.1 GPa, R 15 mm, 3 m/s, SR 0.3 across and 1.0 along the line, 80 degC, 75W90), both
-surfaces alike, accuracy fast; `gears` is the loss of two shipped hypoids over the Rq of their flanks beside published
+surfaces equal, accuracy fast; `gears` is the loss of two shipped hypoids over the Rq of their flanks, and by published
 formulas. Tables in docs/roughness.md.
 """
 
@@ -142,7 +142,7 @@ PARTS = {part.__name__: part for part in (waves, film, cutoff, lay, finishes, ge
 
 
 def main(argv: Sequence[str] | None = None) -> None:
-    """Run the parts asked for."""
+    """Run the selected parts."""
     parser = command_line(__doc__)
     parser.add_argument("parts", nargs="*", type=one_of(PARTS))
     for part in parser.parse_args(argv).parts or PARTS:

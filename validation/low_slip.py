@@ -1,4 +1,4 @@
-"""Friction at small slip: the elastic part of the shear at 1 GPa, and a public traction curve at 3.5 GPa beside it.
+"""Friction at small slip: the elastic part of the shear at 1 GPa, and a public traction curve at 3.5 GPa.
 
     python validation/low_slip.py [OUT]
 

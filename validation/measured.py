@@ -43,7 +43,7 @@ MARKERS = ("<!-- measured: begin -->", "<!-- measured: end -->")
 
 @dataclass(frozen=True)
 class Row:
-    """One measured figure or range beside the computed one."""
+    """One measured number or range and the computed one."""
 
     case: str
     quantity: str
@@ -189,7 +189,7 @@ def low_slip() -> tuple[list[Row], dict[str, Any]]:
         Row("low slip", "mu at 1 % over mu at 20 % slip, 3.5 GPa", "", ratio, ratio, *spread(ratios), "secondary",
             f"0.025 m/s, 40 degC; oil unknown, cards {cards_named}"),
         Row("low slip", "mu at 1 % over mu at 20 % slip, gear contact", "", ratio, ratio, *[gear[0] / gear[1]] * 2,
-            "secondary", "shape only: 75w90 at 1.25 GPa, 5 m/s, 80 degC beside the ball at 3.5 GPa"),
+            "secondary", "shape only: 75w90 at 1.25 GPa, 5 m/s, 80 degC, compared with the ball at 3.5 GPa"),
         Row("low slip", "mu at 20 % slip, 3.5 GPa", "", found[-1], found[-1], *spread(v[-1] for v in curves.values()),
             "secondary", "size only: the oil is unknown"),
     ]  # fmt: skip
@@ -368,7 +368,7 @@ def viscosity() -> list[Row]:
 
 
 def gears() -> list[Row]:
-    """Mesh efficiency of the shipped pairs beside whole axles, their mean friction beside the range known of gears."""
+    """Mesh efficiency of the shipped pairs compared with whole axles, their mean friction with published ranges."""
     import efficiency
     from efficiency.conditions.conditions import resolve_friction
     from efficiency.loss.ehl_friction import EhlFriction

@@ -1,4 +1,4 @@
-"""Figures of measured.py: measured beside computed."""
+"""Figures of measured.py: measured and computed."""
 
 from __future__ import annotations
 

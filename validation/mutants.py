@@ -154,7 +154,7 @@ def put_in(path: Path, new: dict[str, types.CodeType]) -> None:
                 function.__code__ = code
 
 
-def forget() -> None:
+def clear_caches() -> None:
     """Clear the caches of functions of the program, which would hide that a test runs them."""
     for function in gc.get_objects():
         if hasattr(type(function), "cache_clear") and function.__module__.startswith(
@@ -222,7 +222,7 @@ class Area:
                     signal.alarm(int(WAITING * limit))
                 if mutant is not None:
                     put_in(*mutant)
-                    forget()
+                    clear_caches()
                 files, runs = set(map(str, self.paths)), []
                 for item, after in zip(items, [*items[1:], None], strict=True):
                     names, clock = set[str](), time.process_time()
@@ -232,7 +232,7 @@ class Area:
                             names.add(frame.f_code.co_qualname)  # noqa: B023
 
                     if used is not None:
-                        forget()
+                        clear_caches()
                         sys.setprofile(note)
                         threading.setprofile(note)
                     passed = _passes(item, after)

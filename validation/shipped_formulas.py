@@ -214,18 +214,18 @@ def check(oils: Sequence[str]) -> None:
 
 
 def main(argv: Sequence[str] | None = None) -> None:
-    """Sweep, fit and check as asked for."""
+    """Sweep, fit and check as selected."""
     parser = command_line(__doc__)
     parser.add_argument("oils", nargs="*", type=one_of(OILS))
     parser.add_argument("--fit", action="store_true", help="fit and check the data that are there")
     parser.add_argument("--check", action="store_true", help="print the tables alone")
     parser.add_argument("--jobs", type=int, help="worker processes of a sweep; all processors if not given")
-    asked = parser.parse_args(argv)
-    oils = asked.oils or OILS
-    if not (asked.fit or asked.check):
+    selected = parser.parse_args(argv)
+    oils = selected.oils or OILS
+    if not (selected.fit or selected.check):
         for oil in oils:
-            sweep(oil, asked.jobs)
-    if not asked.check:
+            sweep(oil, selected.jobs)
+    if not selected.check:
         fit()
     check(oils)
 

@@ -3,7 +3,7 @@
     python validation/smooth_accuracy.py --count 128 --seed 14 --out validation/out
 
 For each contact and accuracy the values are compared with the extrapolation over grids up to four times finer on the
-same grading. Single grids without extrapolation stand beside them. Times are CPU times (one thread). Prints tables,
+same grading. Single grids without extrapolation are listed as well. Times are CPU times (one thread). Prints tables,
 writes smooth_accuracy.csv and .png. The constants of the error estimate were chosen on seeds 11 to 13 of this sample;
 other seeds check them.
 """

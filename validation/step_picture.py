@@ -1,7 +1,7 @@
 """Picture of the STEP solids of a pair as a CAD program reads them.
 
 ``python validation/step_picture.py [FOLDER]`` writes the members of DESIGN as STEP, reads the files back with Open
-CASCADE (extra `cad`), draws its own triangles of the faces and prints volumes beside those of the STL.
+CASCADE (extra `cad`), draws its own triangles of the faces and prints volumes next to those of the STL.
 """
 
 from __future__ import annotations

@@ -42,7 +42,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     constant, factor = LEVEL[options.accuracy]
     estimate = factor * np.exp(constant + terms @ np.array(ROUGH))
     print(f"{len(rough)} rough cases, {seconds.mean():.3g} s in the mean, longest {seconds.max():.3g} s")
-    told("the estimate", estimate, seconds)
+    report("the estimate", estimate, seconds)
     design = np.column_stack([np.ones(len(rough)), terms])
     # every point is in one fold with all of its profiles
     point = (
@@ -53,7 +53,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     for number in range(FOLDS):
         found, scale = fit(design[fold != number], seconds[fold != number])
         held_out[fold == number] = scale * np.exp(design[fold == number] @ found)
-    told("a fit to these runs, each fold by the others", held_out, seconds)
+    report("a fit to these runs, each fold by the others", held_out, seconds)
     found, scale = fit(design, seconds)
     print("its constant and terms:", ", ".join(f"{value:.3f}" for value in found), f"; factor {scale:.2f}")
     with options.csv.open("w", newline="") as file:
@@ -68,7 +68,7 @@ def fit(design: Array, seconds: Array) -> tuple[Array, float]:
     return found, float(seconds.sum() / np.exp(design @ found).sum())
 
 
-def told(what: str, estimate: Array, seconds: Array) -> None:
+def report(what: str, estimate: Array, seconds: Array) -> None:
     """Print how good an estimate is, case by case, in sum, and for the order of computation."""
     half, most = np.exp(np.quantile(np.abs(np.log(estimate / seconds)), [0.5, 0.9]))
     place = np.argsort(np.argsort(-estimate)) / len(seconds)

@@ -220,7 +220,8 @@ class AxleResult(LossTable):
         tables += [self._bearing_table()] if self.bearings else []
         if medium == "files":
             return [Section("", [Head(self._title), *tables])]
-        head: list[Item] = [Head(self._title, self.source)]
+        named = self._title.partition(": ")
+        head: list[Item] = [Head(named[0], f"{named[2]}. {self.source}")]
         if self.kind != "map":
             value, low, high = (_brief(self._shown, value) for value in self.split()["total"][:3])
             label = "energy lost in the axle" if self.kind == "duty" else "total loss of the axle"

@@ -53,7 +53,7 @@ def _options(
     """Friction and efficiency of hypoid and spiral bevel gears."""
 
 
-for commands_of in (ehl.cli, regression.cli, gear, design, loss_map, axle, new, optimise):
+for commands_of in (ehl.cli, regression.cli, gear, design, axle, loss_map, new, optimise):
     commands_of.register(app)
 app.command(rich_help_panel=PROGRAM)(gear.demo)
 

@@ -189,9 +189,7 @@ def correct(
     design: shared.DesignArgument,
     grids: Annotated[
         list[Path],
-        typer.Argument(
-            metavar="GRID...", help="Measured points of one or both flanks of a member (CSV), see `export`."
-        ),
+        typer.Argument(metavar="GRID", help="Measured points of one or both flanks of a member (CSV), see `export`."),
     ],
     uncertainty: Annotated[str, typer.Option(help="Standard uncertainty of one point along the normal.")] = "1 um",
     order: Annotated[int, typer.Option(help="1: correct pressure and spiral angle; 2: also crowning and twist.")] = 2,
@@ -265,7 +263,7 @@ def study(
     *,
     designs: Annotated[
         list[str] | None,
-        typer.Argument(metavar="DESIGN...", help=f"Design files or names of shipped ones; default: {' '.join(PAIRS)}."),
+        typer.Argument(metavar="DESIGN", help=f"Design files or names of shipped ones; default: {' '.join(PAIRS)}."),
     ] = None,
     output: Annotated[Path, shared.output_option("--output", "-o", help="Folder for page, tables and figures.")] = Path(
         "mixed-ehl-study"
@@ -322,7 +320,7 @@ def study(
 
 
 def plan(
-    designs: Annotated[list[str], typer.Argument(metavar="DESIGN...", help="Design files, or names of shipped ones.")],
+    designs: Annotated[list[str], typer.Argument(metavar="DESIGN", help="Design files, or names of shipped ones.")],
     duty: Annotated[
         Path, typer.Option(metavar="FILE", help="Duty cycle, CSV or XLSX: torque, speed, temperature, hours.")
     ],

@@ -128,13 +128,13 @@ def _command(kind: str) -> Callable[..., None]:
 def _ask(questions: dict[str, tuple[str, str]]) -> dict[str, str]:
     """Answers from the terminal; Enter selects the value in brackets."""
     print("Press Enter for the value in brackets.")
-    asked = {
+    answered = {
         name: str(
             typer.prompt(f"{name.replace('_', ' ')}: {text.rstrip('.')}", default=default, show_default=bool(default))
         )
         for name, (text, default) in questions.items()
     }
-    return {name: answer for name, answer in asked.items() if answer != questions[name][1]}
+    return {name: answer for name, answer in answered.items() if answer != questions[name][1]}
 
 
 @new_app.callback()

@@ -84,7 +84,9 @@ DesignArgument = Annotated[
 ]
 SideOption = Annotated[str, operation(help="Flanks that carry the load: drive or coast.")]
 TemperatureOption = text_option("Oil temperature with its unit: '80 degC'.", OPERATION)
-OilOption = Annotated[str | None, operation(help="Oil card; default: of the design.", autocompletion=names_of("oils"))]
+OilOption = Annotated[
+    str | None, operation(help="Oil card; default: that of the design.", autocompletion=names_of("oils"))
+]
 _POINT = {
     "torque": text_option("Pinion torque with its unit: '250 N m'.", OPERATION),
     "speed": text_option("Pinion speed with its unit: '1500 rpm'.", OPERATION),

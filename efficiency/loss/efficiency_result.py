@@ -248,7 +248,7 @@ class EfficiencyResult(Reportable):
         Films and temperatures at these points.
     case : ResultCase
         Friction model, operation, oil card and mesh of the result.
-    asked : InputUncertainty, optional
+    own_inputs : InputUncertainty, optional
         Input uncertainty that replaces the default one; see `with_inputs`.
 
     Examples
@@ -292,14 +292,14 @@ class EfficiencyResult(Reportable):
     friction: FrictionEstimate = field(repr=False, compare=False)
     lubrication: LocalLubrication = field(repr=False, compare=False)
     case: ResultCase = field(repr=False, compare=False)
-    asked: InputUncertainty | None = field(default=None, repr=False, compare=False)
+    own_inputs: InputUncertainty | None = field(default=None, repr=False, compare=False)
 
     @cached_property
     def inputs(self) -> InputUncertainty:
         """Contribution of each uncertain input to the interval, computed on first access; see also `uncertainty`."""
         if not math.isfinite(self.efficiency):
             return InputUncertainty.of("efficiency", math.nan, (), lambda ln: math.nan)
-        return self.asked or self.uncertainty()
+        return self.own_inputs or self.uncertainty()
 
     @property
     def efficiency_lower(self) -> float:
@@ -358,7 +358,7 @@ class EfficiencyResult(Reportable):
 
     def with_inputs(self, inputs: InputUncertainty) -> EfficiencyResult:
         """The result with another input uncertainty from `uncertainty`."""
-        return replace(self, asked=inputs)
+        return replace(self, own_inputs=inputs)
 
     @property
     def has_strength(self) -> bool:

@@ -27,19 +27,18 @@ def correction_sections(result: MachineCorrections, medium: Medium) -> list[Sect
     tables = []
     for flanks in dict.fromkeys(item.flanks for item in result.corrections):
         own = [item for item in result.corrections if item.flanks == flanks]
-        parts = {"change": "change", "its uncertainty": "uncertainty", "before": "nominal", "to set": "corrected"}
+        parts = {"change": "change", "uncertainty": "uncertainty", "before": "nominal", "to set": "corrected"}
         rows = [(part, *(getattr(item, name) for item in own)) for part, name in parts.items()]
         of = "both flanks" if flanks == "both" else f"{flanks} flank"
-        settings = (Column(item.setting, label=item.setting.replace("_", " "), digits=6) for item in own)
+        settings = (Column(i.setting, label=i.setting.replace("_", " "), decimals=_decimals(i.setting)) for i in own)
         title = f"{result.design}, {result.member}, {of}: machine corrections"
         tables.append(Table(["setting", *settings], rows, title, name=f"corrections_{flanks}", vertical=True))
     fields = (
         *("deviation_rms", "deviation_max", "spiral_angle_error", "pressure_angle_error"),
         *("lengthwise_crowning", "profile_crowning", "twist"),
     )
-    labels = {name: name.replace("_", " ") for name in fields}
     deviations = Table(
-        ["flank", *(Column(name, label=labels[name]) for name in fields)],
+        ["flank", *(Column(name, label=name.replace("_", " "), decimals=2) for name in fields)],
         [(f"{item.flank}, {item.part}", *(getattr(item, name) for name in fields)) for item in result.deviations],
         "Deviation from nominal, positive for excess material",
         result.notes,
@@ -48,6 +47,11 @@ def correction_sections(result: MachineCorrections, medium: Medium) -> list[Sect
     )
     head = Head(f"Machine corrections: {result.design}, {result.member}")
     return [Section("", [head, *tables, deviations])]
+
+
+def _decimals(setting: str) -> int:
+    """Decimals of a setting in its display unit: 0.1 um, 0.36 arcsec, 1e-6."""
+    return 4 if quantity(setting).display in ("mm", "deg") else 6
 
 
 def _settings(result: SettingsResult) -> Table:

@@ -58,7 +58,7 @@ def gear_sections(result: EfficiencyResult, medium: Medium, units: Units = "metr
     if medium == "files":
         return [Section("", [Head(_title(result)), *tables.result_tables(result)])]
     strength = [replace(result.strength.table(), notes=result.strength.notes)] if result.has_strength else []
-    inputs = [] if result.asked is None else [result.asked.table()]
+    inputs = [] if result.own_inputs is None else [result.own_inputs.table()]
     notes = Notes(pair_notes(result_notes(result)))
     return [Section("", [tables.efficiency_table(result), notes, *strength, *inputs])]
 
@@ -323,7 +323,7 @@ def _input_items(result: EfficiencyResult) -> list[Item]:
     bars = Picture(partial(plot_sources, result.inputs), caption)
     known, share = measured_states(), result.friction_range.measured_share
     text = (
-        f"{tables.percent(share, 0)} % of the sliding power lies within the local conditions of measured gears "
+        f"{tables.percent(share, 1)} % of the sliding power lies within the local conditions of measured gears "
         f"({known['name']}; {known['states']} states), whose computed friction deviates by "
         f"{100 * known['bias']:+.0f} % with a standard deviation of {100 * known['deviation']:.0f} %. "
         "The rest is not validated by measured gears."

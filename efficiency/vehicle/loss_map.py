@@ -30,7 +30,7 @@ from ehl.common.files import write_file
 from ehl.common.pages import TableResult
 from ehl.common.quantities import quantity
 from ehl.common.sections import Head, Medium, Notes, Section
-from ehl.common.table import Table
+from ehl.common.table import Column, Table
 from ehl.common.table_reader import read_table
 from ehl.common.tabular import Tabular
 from ehl.common.units import ValueRange
@@ -194,7 +194,12 @@ class LossTable(PointsResult, TableResult):
     def sections(self, medium: Medium = "page", *args: Any, **options: Any) -> list[Section]:
         """The table and one note of each kind, that of the worst point."""
         notes = Notes(pair_notes(self.case_notes), len({case for case, _ in self.case_notes if case}))
-        return [Section("", [Head(self.table().title), self.table(), notes])]
+        table = self.table() if medium == "files" else self._shown_table()
+        return [Section("", [Head(table.title), table, notes])]
+
+    def _shown_table(self) -> Table:
+        """The table for terminal and page."""
+        return self.table()
 
 
 @dataclass(frozen=True, repr=False)
@@ -260,6 +265,16 @@ class LossMap(Tabular, LossTable):
             f"friction: {model_label(self.friction_model)}; torque loss",
             name="loss map",
         )
+
+    def _shown_table(self) -> Table:
+        """Without the state of converged points, and without the parts of the loss if it is that of the mesh alone."""
+        hidden: tuple[str, ...] = () if self.reason else ("status", "reason")
+        hidden += (
+            () if any(point.torque_loss_axle for point in self.points) else ("torque_loss_mesh", "torque_loss_axle")
+        )
+        table = self.table()
+        names = [column.name for column in table.columns if isinstance(column, Column) and column.name not in hidden]
+        return table.select(names)
 
     def to_dict(self) -> dict[str, Any]:
         """Points, conditions and notes in SI units, for JSON; nan becomes None."""

@@ -29,7 +29,8 @@ from typing import IO, Annotated, Any, NoReturn, TypeVar
 import typer
 import typer.core
 
-from ehl.common.data import reason_text, shipped
+from ehl.common.data import reason_text as reason_text
+from ehl.common.data import shipped
 from ehl.common.errors import InputError, MixedEhlError, near
 from ehl.common.files import FIGURE, PAGE, make_folder, write_file
 from ehl.common.progress import Progress, duration, progress_to

@@ -225,7 +225,7 @@ def input_error(error: ValidationError, model: type[BaseModel], where: str = "")
         problem = _problem(complaint, model, where)
         # every member of a union reports errors, for the place itself and for its content
         places = (".".join(filter(None, (where, *locate_field(model, complaint["loc"]).path))), problem.field)
-        if not any(_nested(place, told) for place in places for told, _ in found):
+        if not any(_nested(place, stated) for place in places for stated, _ in found):
             found.append((places[0], problem))
     meant = {problem.field: _meant(problem) for _, problem in found}
     kept = [problem for _, problem in found if problem.value is not None or problem.field not in meant.values()]
@@ -238,9 +238,9 @@ def _nested(one: str, other: str) -> bool:
 
 def _meant(problem: InputError) -> str:
     """The correct spelling of a misspelt key, which is not reported as missing."""
-    _, asked, rest = problem.hint.partition("Did you mean '")
+    _, suggested, rest = problem.hint.partition("Did you mean '")
     parent, _, _ = problem.field.rpartition(".")
-    return ".".join(filter(None, (parent, rest.partition("'")[0]))) if asked else ""
+    return ".".join(filter(None, (parent, rest.partition("'")[0]))) if suggested else ""
 
 
 def _problem(complaint: Any, model: type[BaseModel], where: str) -> InputError:
@@ -255,12 +255,12 @@ def _problem(complaint: Any, model: type[BaseModel], where: str) -> InputError:
     if kind.startswith("quantity"):
         return InputError(field, value, str(context["allowed"]), str(context["hint"]))
     if kind == "value_error" and isinstance(context.get("error"), InputError):
-        told: InputError = context["error"]
+        stated: InputError = context["error"]
 
         def placed(inner: InputError) -> InputError:
             return InputError(".".join(filter(None, [*parts, inner.field])), inner.value, inner.allowed, inner.hint)
 
-        return told.changed(placed)
+        return stated.changed(placed)
     if kind == "extra_forbidden":
         known = sorted(_keys(place.owner))
         hint = _join(near(place.path[-1], known), f"Known keys: {', '.join(known)}.")

@@ -63,7 +63,7 @@ class RisingStress(InputModel):
 
     tau0(p) = low + (te/2) (1 + tanh(Th (2 p/(start + end) - 1))), te = low + slope (end - start),
     Th = slope (end - start)/te: the form published for a 75W-90 axle oil (low 5 MPa, slope 0.035, 0.5 and 3.5 GPa:
-    36, 47, 60 MPa at 1, 1.5, 2 GPa), which does not say how tau0 depends on temperature.
+    36, 47, 60 MPa at 1, 1.5, 2 GPa). The publication states no dependence of tau0 on temperature.
     """
 
     stress_low: Annotated[float, ValueRange("Pa", ge=1e4, le=1e9)]

@@ -185,7 +185,7 @@ def label_of(name: str) -> str:
 def parameter_table(result: Calibration) -> Table:
     """Fitted values with their intervals and start values."""
     how = "profile on the solver" if result.profiled else "standard errors"
-    fields = {"value": "value", "95 % from": "interval_low", "95 % to": "interval_high", "start": "start"}
+    fields = {"value": "value", "lower limit": "interval_low", "upper limit": "interval_high", "start": "start"}
     rows = [(words, *(getattr(e, field) for e in result.parameters)) for words, field in fields.items()]
     return Table(
         ("", *(estimate.name for estimate in result.parameters)),
@@ -219,7 +219,7 @@ def calibration_sections(result: Calibration, medium: Medium) -> list[Section]:
     tiles = [
         (
             known[e.name].text(e.value, 3),
-            f"{label_of(e.name)}, 95 % from {known[e.name].span(e.interval_low, e.interval_high)}",
+            f"{label_of(e.name)}, 95 % interval {known[e.name].span(e.interval_low, e.interval_high)}",
         )
         for e in determined
         if e.name in known

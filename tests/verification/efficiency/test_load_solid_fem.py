@@ -21,7 +21,7 @@ COARSE = Counts(tooth=2, slot=2, rows=6, body=3, along=8)
     ("name", "member", "cells"), [("fh_hypoid_9x34", "pinion", 1), ("fm_spiral_bevel_14x39", "gear", 3)]
 )
 def test_deflection_at_nine_flank_points(name: str, member: Member, cells: int) -> None:
-    """Worst point 6.8 and 7.6 %, rms 2.1 and 2.4 % of the largest deflection away from the load; 10 % is asked for."""
+    """Worst point 6.8 and 7.6 %, rms 2.1 and 2.4 % of the largest deflection away from the load; limit 10 %."""
     design = load_design(name)
     points = nine_points(design, member, COARSE, cells)
     tooth = solid_tooth_of(design.flanks(), getattr(design, member).tooth_body(), member, "drive", cells=cells)
