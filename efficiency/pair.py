@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from efficiency.conditions.duty import DutyCycle, DutyRow
+    from efficiency.geometry.design_drawing import DesignDrawing
     from efficiency.geometry.design_rating import DesignRating
     from efficiency.geometry.misalignment import MisalignmentGrid, MisalignmentStudy
     from efficiency.geometry.pair_geometry import PairGeometry
@@ -329,6 +330,27 @@ class GearPair:
         rows = duty_rows(file, self.design, tyre_radius=tyre_radius, ratio=ratio, temperature=temperature)
         evaluator, about = self._evaluator(friction, grid, conditions, progress)
         return duty_cycle(rows, evaluator.points([row.condition for row in rows]), **about)
+
+    @one_thread
+    def drawing(self) -> DesignDrawing | None:
+        """Gear data for the drawings of both members; None for a cylindrical pair.
+
+        Angles and thicknesses are those of the flanks in the middle of the face.
+
+        Returns
+        -------
+        DesignDrawing
+            Values of the pair and of both members, with `table()` and `to_dict()`.
+
+        Examples
+        --------
+        >>> import efficiency
+        >>> efficiency.load("fm_spiral_bevel_14x39").drawing().table().rows[0]
+        ('number of teeth', 'z', '', '14', '39')
+        """
+        from efficiency.geometry.design_drawing import design_drawing
+
+        return design_drawing(self.design) if isinstance(self.design, Design) else None
 
     @one_thread
     def rating(

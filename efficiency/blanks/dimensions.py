@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from math import asin, atan, cos, degrees, floor, pi, sin, sqrt, tan
 from typing import Literal
 
+from efficiency.blanks.drawing import chordal
 from efficiency.blanks.inputs import DepthTypeOne, PairBlankInput
 from efficiency.blanks.lengthwise import Trace
 from efficiency.blanks.tangency import PitchCones, limit_pressure_angle, too_large
@@ -383,24 +384,16 @@ def thickness(
         half + 2.0 * module * (coefficient[0] + shift * tan(alpha_n)),
         half + 2.0 * module * (coefficient[1] - shift * tan(alpha_n)),
     )
-    spirals, deltas = (cones.spiral_1, cones.spiral_2), (cones.pitch_angle_1, cones.pitch_angle_2)
-    diameters = (cones.mean_diameter_1, cones.mean_diameter_2)
-    curved = tuple(
-        d / ((1.0 - (sin(b) * cos(alpha_n)) ** 2) * cos(delta))
-        for d, b, delta in zip(diameters, spirals, deltas, strict=True)
-    )
-    chordal = tuple(d * sin(s / d) for d, s in zip(curved, normal, strict=True))
-    rise = tuple(
-        h + 0.5 * d * cos(delta) * (1.0 - cos(s / d))
-        for h, d, delta, s in zip(addendums, curved, deltas, normal, strict=True)
-    )
+    spirals = cones.spiral_1, cones.spiral_2
+    one = chordal(normal[0], addendums[0], cones.mean_diameter_1, spirals[0], cones.pitch_angle_1, alpha_n)
+    two = chordal(normal[1], addendums[1], cones.mean_diameter_2, spirals[1], cones.pitch_angle_2, alpha_n)
     return Thickness(
         coefficient,
         normal,
         (normal[0] / cos(spirals[0]), normal[1] / cos(spirals[1])),
-        (curved[0], curved[1]),
-        (chordal[0], chordal[1]),
-        (rise[0], rise[1]),
+        (one[2], two[2]),
+        (one[0], two[0]),
+        (one[1], two[1]),
         loss * cos(alpha_n),
     )
 

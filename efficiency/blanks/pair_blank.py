@@ -7,6 +7,7 @@ from typing import Any
 
 from efficiency.blanks.agma_2003 import AgmaRating
 from efficiency.blanks.dimensions import UndercutLimit
+from efficiency.blanks.drawing import drawing_table
 from efficiency.blanks.iso_10300 import FlankRating
 from efficiency.blanks.slots import Three
 from efficiency.blanks.virtual_gears import VirtualGears
@@ -248,25 +249,7 @@ class PairBlank(Reportable):
         >>> efficiency.blank("iso23509_f4").drawing_table().rows[0]
         ('number of teeth', 'z', '', '9', '34')
         """
-        process = self.process.replace("_", " ")
-        rows: list[tuple[str, ...]] = [
-            ("number of teeth", "z", "", str(self.pinion.teeth), str(self.gear.teeth)),
-            ("number of teeth of the mate", "z", "", str(self.gear.teeth), str(self.pinion.teeth)),
-            ("hand of spiral", "", "", self.pinion.hand, self.gear.hand),
-            ("cutting", "", "", process, f"{process}, {self.gear_cutting}"),
-        ]
-
-        def add(name: str, *values: float | None) -> None:
-            entry = quantity(name)
-            texts = ("-" if x is None else f"{round(float(entry.to_display(x)), 6):.3f}" for x in values)
-            rows.append((entry.label, entry.symbol, entry.display, *texts))
-
-        for name in _DRAWING_PAIR:
-            add(name, *[getattr(self, name)] * 2)
-        for name in _DRAWING:
-            add(name, getattr(self.pinion, name), getattr(self.gear, name))
-        heads = ("quantity", "symbol", "unit", "pinion", "gear")
-        return Table(heads, rows, "gear data for drawings (lengths in mm, angles in deg)", name="drawing")
+        return drawing_table(self, self.pinion, self.gear)
 
     def sections(self, medium: Medium = "page", *args: Any, **options: Any) -> list[Section]:
         """Tables of the pair, of both members, and of its virtual gears; defaults and warnings below the last table."""
@@ -381,19 +364,6 @@ _VIRTUAL = (
     "relative_radius",
 )
 _AT_PLACES = ("normal_thickness", "top_land", "slot_width")
-# the gear data of a drawing, of the pair and of each member
-_DRAWING_PAIR = (
-    *("module_normal", "module_outer", "pressure_angle_drive", "pressure_angle_coast", "shaft_angle", "hypoid_offset"),
-    *("cutter_radius", "working_depth", "backlash_normal", "backlash_outer_normal", "backlash_outer_transverse"),
-)
-_DRAWING = (
-    *("mean_spiral_angle", "pitch_angle", "face_angle", "root_angle", "outer_diameter", "outer_tip_diameter"),
-    *("inner_tip_diameter", "outer_cone_distance", "mean_cone_distance", "face_width", "outer_addendum"),
-    *("outer_dedendum", "outer_whole_depth", "mean_addendum", "mean_whole_depth", "mean_normal_thickness"),
-    *("mean_chordal_thickness", "mean_chordal_addendum", "thickness_coefficient", "pitch_apex_beyond_crossing"),
-    *("face_apex_beyond_crossing", "root_apex_beyond_crossing", "crossing_to_crown", "crossing_to_front_crown"),
-    *("mounting_distance", "crown_to_back", "front_crown_to_back"),
-)
 _DECIMALS = 12  # in SI; smaller values are rounding error
 
 

@@ -99,7 +99,9 @@ def gear(
             loaded.write_load(save_load, result)
         if uncertainty and result.status == "converged":
             result = result.with_inputs(result.uncertainty(solved=True))
-    shared.present(result, json_output, strength=strength, **files)
+    drawing = pair.drawing() if json_output else None
+    more = {} if drawing is None else {"drawing": drawing.to_dict()}
+    shared.present(result, json_output, more, strength=strength, **files)
 
 
 @shared.with_groups

@@ -233,13 +233,14 @@ def unit_system(units: str | None) -> Any:
     return one_of("units", units, "metric", "inch") or "metric"
 
 
-def present(result: Any, json_output: bool, **files: Any) -> None:
-    """Print and write a result; exit code 1 if it failed."""
+def present(result: Any, json_output: bool, more: Mapping[str, Any] | None = None, **files: Any) -> None:
+    """Print and write a result, with more content of the JSON; exit code 1 if it failed."""
     contained = {"strength": True} if files.pop("strength", False) else {}
     options = {"units": unit_system(files.pop("units"))} if "units" in files else {}
     citation = result.citation() if files.pop("cite", False) else None
     if json_output:
-        print_json(result.to_dict(**contained) | ({} if citation is None else {"bibtex": citation.bibtex}))
+        bibtex = {} if citation is None else {"bibtex": citation.bibtex}
+        print_json(result.to_dict(**contained) | dict(more or {}) | bibtex)
     else:
         result.show(**options)
         if citation is not None:

@@ -85,3 +85,27 @@ class Blank(InputModel):
         """Height [m] of the fraction v of the whole depth, 0 at the root and 1 at the tip."""
         root = self.root(u)
         return root + v * (self.tip(u) - root)
+
+
+def blank_dimensions(blank: Blank) -> dict[str, float]:
+    """Dimensions of a blank drawing in addition to the cones, SI units; crown distances are along the axis."""
+    u = np.array([-0.5, 0.5]) * blank.face_width
+    tips, roots = blank.tip(u), blank.root(u)
+    (radius, crown), (root_radius, root) = blank.axial(u, tips), blank.axial(u, roots)
+    face_angle, root_angle = blank.pitch_angle + blank.addendum_angle, blank.pitch_angle - blank.dedendum_angle
+    outer = blank.mean_cone_distance + float(u[1])
+    return {
+        "face_angle": face_angle,
+        "root_angle": root_angle,
+        "outer_cone_distance": outer,
+        "outer_diameter": 2.0 * outer * float(np.sin(blank.pitch_angle)),
+        "outer_tip_diameter": 2.0 * float(radius[1]),
+        "inner_tip_diameter": 2.0 * float(radius[0]),
+        "outer_addendum": float(tips[1]),
+        "outer_dedendum": -float(roots[1]),
+        "outer_whole_depth": float(tips[1] - roots[1]),
+        "crossing_to_crown": float(crown[1]),
+        "crossing_to_front_crown": float(crown[0]),
+        "face_apex_beyond_crossing": float(radius[1] / np.tan(face_angle) - crown[1]),
+        "root_apex_beyond_crossing": float(root_radius[1] / np.tan(root_angle) - root[1]),
+    }

@@ -20,7 +20,7 @@ from efficiency.contact.assembly import Assembly, DisplacedAxes
 from efficiency.contact.flank_deviation import FlankDeviation
 from efficiency.contact.gear_flanks import MEMBERS, GearFlanks, Member, Side
 from efficiency.contact.relief import MemberRelief, PairRelief
-from efficiency.cutting.blank import Blank, Depth, Length
+from efficiency.cutting.blank import Blank, Depth, Length, blank_dimensions
 from efficiency.cutting.cutter import FLANK_SIDES, FlankSide
 from efficiency.cutting.flank import Flank
 from efficiency.design.deflection import MISALIGNMENTS as MISALIGNMENTS
@@ -208,6 +208,8 @@ class MemberInput(MemberSurface):
     edge_rounding: EdgeRounding | None = None
     edge_relief: MemberRelief = MemberRelief()  # relief of the flanks at tip, toe and heel
     body: BodyInput = BodyInput()  # body under the teeth
+    # from the crossing point to the locating face behind the teeth, along the axis [m]
+    mounting_distance: Length | None = None
 
     @model_validator(mode="before")
     @classmethod
@@ -233,6 +235,11 @@ class MemberInput(MemberSurface):
         Material.load(self.material)
         self.body.thickness(self.blank)
         self.edge_relief.check(self.blank)
+        crown = blank_dimensions(self.blank)["crossing_to_crown"]
+        if self.mounting_distance is not None and self.mounting_distance <= crown:
+            text = f"{1e3 * self.mounting_distance:.6g} mm"
+            allowed = f"above {1e3 * crown:.5g} mm, the distance of the outer tip circle from the crossing point"
+            raise InputError("mounting_distance", text, allowed, "The locating face is behind the teeth.")
         for side in FLANK_SIDES:
             getattr(self, side).check(side, self.blank)
         return self

@@ -193,6 +193,8 @@ def design_text(
             extra["finish"] = chosen.finish
         if chosen.finish is None or "roughness_rms" in chosen.model_fields_set:
             extra["roughness_rms"] = f"{chosen.roughness_rms * 1e6:.6g} um"
+        if member.mounting_distance is not None:
+            extra["mounting_distance"] = f"{_short(member.mounting_distance * 1e3, 8)} mm"
         tables += _member(name, member, flanks, extra, PROCESSES[blank.process])
         for edge, relief in chosen.edge_relief:
             if relief is not None:

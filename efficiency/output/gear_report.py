@@ -11,13 +11,14 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 
 from efficiency.design.design import Design
+from efficiency.geometry.design_drawing import design_drawing
 from efficiency.geometry.pair_geometry import geometry_notes
 from efficiency.loss.efficiency import measured_states
 from efficiency.loss.efficiency_result import pair_notes
 from efficiency.output import plots_flank as flank_plots
 from efficiency.output import tables
 from efficiency.output.flank_map import FlankMap
-from efficiency.output.geometry_report import AXIAL_SECTION, blank_table, misalignment_text, setting_tables, words
+from efficiency.output.geometry_report import AXIAL_SECTION, misalignment_text, setting_tables, words
 from efficiency.output.machine_summary import FLANKS, Units, summary_rows
 from efficiency.output.notes import result_notes, said_of_grid
 from efficiency.output.plots_geometry import blank_figure
@@ -56,7 +57,9 @@ def gear_sections(result: EfficiencyResult, medium: Medium, units: Units = "metr
     if medium == "page":
         return page_sections(result, None, units)
     if medium == "files":
-        return [Section("", [Head(_title(result)), *tables.result_tables(result)])]
+        design = design_of(result) if result.case.mesh else None
+        drawing = [design_drawing(design).table(units)] if isinstance(design, Design) else []
+        return [Section("", [Head(_title(result)), *tables.result_tables(result), *drawing])]
     strength = [replace(result.strength.table(), notes=result.strength.notes)] if result.has_strength else []
     inputs = [] if result.own_inputs is None else [result.own_inputs.table()]
     notes = Notes(pair_notes(result_notes(result)))
@@ -359,7 +362,7 @@ def _design_items(design: Design, units: Units) -> list[Item]:
         Picture(partial(blank_figure, design), AXIAL_SECTION),
         Table(heads, surface),
         Folded(
-            "Blank, cutters and machine settings",
-            [Table(("quantity", "unit", "pinion", "gear"), blank_table(rows)), *flanks],
+            "Gear data for drawings, cutters and machine settings",
+            [design_drawing(design).table(units), *flanks],
         ),
     ]

@@ -8,6 +8,7 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from efficiency.geometry.design_drawing import design_drawing
 from efficiency.loss.efficiency_result import pair_notes
 from efficiency.output.machine_summary import FLANKS, SummaryRow, Units, summary_rows
 from efficiency.output.plots_geometry import (
@@ -31,8 +32,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from efficiency.design.design import Design
-    from efficiency.geometry.pair_geometry import PairGeometry, SideGeometry
-
+    from efficiency.geometry.design_drawing import design_drawing
+from efficiency.geometry.pair_geometry import PairGeometry, SideGeometry
 
 SETTING_HEADER = ("setting", "unit", *FLANKS)
 
@@ -111,11 +112,6 @@ def graded_notes(geometry: PairGeometry) -> list[Note]:
     return pair_notes([*said, *((name, f"no result: {reason}") for name, reason in geometry.failures.items())])
 
 
-def blank_table(rows: list[SummaryRow]) -> list[tuple[str, ...]]:
-    """(name, unit, pinion, gear) of the rows of a summary that belong to the members."""
-    return [(words(row.name), row.unit, row.texts[0], row.texts[2]) for row in rows if row.section == "blank"]
-
-
 def setting_tables(rows: list[SummaryRow]) -> dict[str, list[tuple[str, ...]]]:
     """(name, unit, four flanks) of cutters and of machine settings; rows that are zero everywhere are omitted."""
     tables: dict[str, list[tuple[str, ...]]] = {}
@@ -145,7 +141,7 @@ def geometry_tables(geometry: PairGeometry, units: Units = "metric") -> list[Tab
     """Blanks, cutters and machine settings, flanks and unloaded contact."""
     design = geometry.design
     summary = summary_rows(design, units)
-    tables = [Table(("quantity", "unit", "pinion", "gear"), blank_table(summary), f"{design.name}: blanks")]
+    tables = [design_drawing(design).table(units)]
     for part, rows in setting_tables(summary).items():
         tables.append(Table(SETTING_HEADER, rows, f"{words(part).capitalize()} of each flank"))
     tables.append(flank_table(geometry))
@@ -231,9 +227,8 @@ def _headline(geometry: PairGeometry) -> list[Item]:
 
 
 def _blanks(geometry: PairGeometry, units: Units) -> Section:
-    rows = blank_table(summary_rows(geometry.design, units))
     picture = Picture(partial(blank_figure, geometry.design), AXIAL_SECTION, "blank_section")
-    return Section("Blanks", [picture, Table(("quantity", "unit", "pinion", "gear"), rows)])
+    return Section("Blanks", [picture, design_drawing(geometry.design).table(units)])
 
 
 def _settings(geometry: PairGeometry, units: Units) -> Section:

@@ -15,20 +15,20 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-import numpy as np
 from pydantic import BaseModel
 
+from efficiency.cutting.blank import blank_dimensions
 from efficiency.cutting.cutter import FLANK_SIDES
 from efficiency.cutting.summary import LABELS, Summary, read_summary
 from efficiency.design.design import Design, load_design
 from ehl.common.data import data_path
 from ehl.common.errors import InputError
 from ehl.common.files import write_file
+from ehl.common.quantities import quantity
 from ehl.common.units import ValueRange
 from ehl.common.validation import locate_field, read_toml, validate
 
 if TYPE_CHECKING:
-    from efficiency.cutting.blank import Blank
     from efficiency.design.design import Design
 
 Units = Literal["metric", "inch"]
@@ -78,7 +78,10 @@ def summary_rows(design: Design, units: Units = "metric") -> list[SummaryRow]:
     """
     members = [design.pinion, design.pinion, design.gear, design.gear]
     blanks = [_columns(member.blank, "blank") for member in members]
-    derived = [{("blank", name): entry for name, entry in _dimensions(m.blank).items()} for m in members]
+    derived = [
+        {("blank", name): (value, quantity(name).unit) for name, value in blank_dimensions(m.blank).items()}
+        for m in members
+    ]
     flanks = [_columns(getattr(member, side)) for member, side in zip(members, FLANK_SIDES * 2, strict=True)]
     columns = [blank | more | flank for blank, more, flank in zip(blanks, derived, flanks, strict=True)]
     keys: dict[tuple[str, str], None] = {}
@@ -128,26 +131,6 @@ def _columns(model: BaseModel, section: str = "") -> dict[tuple[str, str], tuple
     head = (section,) if section else ()
     return {
         (".".join((*head, *path[:-1])) or "points", path[-1]): (value, unit) for path, value, unit, _ in _entries(model)
-    }
-
-
-def _dimensions(blank: Blank) -> dict[str, tuple[float, str]]:
-    """Dimensions of a blank drawing in addition to the cones; crossing point to crown is measured along the axis."""
-    u = np.array([-0.5, 0.5]) * blank.face_width
-    radius, crown = blank.axial(u, blank.tip(u))
-    face_angle, root_angle = blank.pitch_angle + blank.addendum_angle, blank.pitch_angle - blank.dedendum_angle
-    root_radius, root = blank.axial(u, blank.root(u))
-    return {
-        "face_angle": (face_angle, "rad"),
-        "root_angle": (root_angle, "rad"),
-        "outer_cone_distance": (blank.mean_cone_distance + float(u[1]), "m"),
-        "outer_diameter": (2.0 * (blank.mean_cone_distance + float(u[1])) * math.sin(blank.pitch_angle), "m"),
-        "outer_tip_diameter": (2.0 * float(radius[1]), "m"),
-        "outer_whole_depth": (float(blank.tip(u)[1] - blank.root(u)[1]), "m"),
-        "crossing_to_crown": (float(crown[1]), "m"),
-        "crossing_to_front_crown": (float(crown[0]), "m"),
-        "face_apex_beyond_crossing": (float(radius[1] / math.tan(face_angle) - crown[1]), "m"),
-        "root_apex_beyond_crossing": (float(root_radius[1] / math.tan(root_angle) - root[1]), "m"),
     }
 
 

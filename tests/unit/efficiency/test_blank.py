@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 
+import efficiency
 from efficiency.blanks.checks import KINDS
 from efficiency.blanks.dimensions import UndercutLimit, recommended_addendum_factor, recommended_thickness_factor
 from efficiency.blanks.inputs import PairBlankInput, load_blank
@@ -19,6 +20,7 @@ from efficiency.blanks.pair_blank import MemberBlank, PairBlank
 from efficiency.blanks.virtual_gears import VirtualGears
 from efficiency.cutting.blank import Blank
 from efficiency.design.flank_input import BlankInput
+from efficiency.geometry.design_drawing import design_drawing
 from ehl.common.data import data_names, data_path
 from ehl.common.errors import InputError
 from ehl.common.quantities import quantities
@@ -247,13 +249,44 @@ def test_drawing_data_with_mounting_distances(mixed_ehl: Cli, tmp_path: Path) ->
     assert pair.gear.mounting_distance is None
     assert pair.gear.crown_to_back is None
     rows = {row[0]: row for row in pair.drawing_table().rows}
-    assert rows["mounting distance"][2:] == ("mm", "130.000", "-")
+    assert rows["mounting distance"][2:] == ("mm", "130.000", "–")
     assert rows["pitch angle"][2:] == ("deg", "24.763", "63.212")
     error = refused("iso23509_f4", mounting_distance_gear="1 mm")
     assert error.field == "mounting_distance_gear"
     assert mixed_ehl("blank", "iso23509_f4", "--csv", tmp_path / "tables", "--report", tmp_path / "b.html").code == 0
     assert "mounting distance" in (tmp_path / "tables" / "drawing.csv").read_text(encoding="utf-8")
     assert "Gear data for drawings" in (tmp_path / "b.html").read_text(encoding="utf-8")
+
+
+def test_drawing_data_of_a_design_are_those_of_its_blank(mixed_ehl: Cli, tmp_path: Path) -> None:
+    """The flanks have another thickness and backlash than the sample of the standard."""
+    rows = {row[0]: row[3:] for row in made("iso23509_f2").drawing_table().rows}
+    pair = efficiency.load("fm_spiral_bevel_14x39")
+    drawing = pair.drawing()
+    assert drawing is not None
+    of_design = {row[0]: row[3:] for row in drawing.table().rows}
+    assert rows.keys() - of_design.keys() == {"cutting"}
+    for name in of_design.keys() - {"hand of spiral"}:
+        loose = "thick" in name or "chordal" in name or "backlash" in name
+        for own, other in zip(of_design[name], rows[name], strict=True):
+            if own != other:
+                assert float(own) == pytest.approx(float(other), rel=0.12 if loose else 2e-3, abs=0.06), name
+    inch = {row[0]: row[2:] for row in drawing.table("inch").rows}
+    assert float(inch["face width"][1]) == pytest.approx(1.0)
+    assert inch["pitch angle"][0] == "deg"
+    gear = pair.design.gear.model_copy(update={"mounting_distance": 0.06})
+    with_distance = design_drawing(pair.design.model_copy(update={"gear": gear}))
+    assert with_distance.gear["crown_to_back"] == pytest.approx(0.06 - with_distance.gear["crossing_to_crown"])
+    assert efficiency.load("eaxle_helical_23x75").drawing() is None
+    design = tmp_path / "design.toml"
+    text = data_path("designs", "fm_spiral_bevel_14x39.toml").read_text(encoding="utf-8")
+    design.write_text(text.replace("[gear]\n", '[gear]\nmounting_distance = "60 mm"\n', 1), encoding="utf-8")
+    done = mixed_ehl("gear", design, "--friction", "constant:0.05", "--json", "--csv", tmp_path / "tables")
+    assert done.code == 0
+    assert json.loads(done.out)["drawing"]["gear"]["mounting_distance"] == pytest.approx(0.06)
+    assert "mounting distance,tB,mm,–,60.000" in (tmp_path / "tables" / "drawing.csv").read_text(encoding="utf-8")
+    design.write_text(text.replace("[gear]\n", '[gear]\nmounting_distance = "20 mm"\n', 1), encoding="utf-8")
+    assert mixed_ehl("gear", design).code == 2
 
 
 def test_command_refuses_with_exit_code_2(mixed_ehl: Cli, tmp_path: Path) -> None:
