@@ -333,18 +333,15 @@ class GearPair:
 
     @one_thread
     def drawing(self) -> DesignDrawing | None:
-        """Gear data for the drawings of both members; None for a cylindrical pair.
-
-        Angles and thicknesses are those of the flanks in the middle of the face.
+        """Gear data for the drawings of both members, angles and thicknesses of the flanks in the middle of the face.
 
         Returns
         -------
-        DesignDrawing
-            Values of the pair and of both members, with `table()` and `to_dict()`.
+        DesignDrawing or None
+            Values of the pair and of both members, with `table()` and `to_dict()`; None for a cylindrical pair.
 
         Examples
         --------
-        >>> import efficiency
         >>> efficiency.load("fm_spiral_bevel_14x39").drawing().table().rows[0]
         ('number of teeth', 'z', '', '14', '39')
         """
