@@ -11,6 +11,7 @@ from efficiency.axle.axle_input import MethodsInput
 from efficiency.axle.result import OUTSIDE, AxleResult
 from ehl.common.data import data_names, reason_text
 from ehl.common.errors import MixedEhlError
+from ehl.common.quantities import rounded
 from ehl.common.units import KELVIN
 
 
@@ -92,10 +93,11 @@ def _words(found: AxleResult) -> tuple[str, str]:
     if found.reason:
         return "no result", "\n".join((reason_text(found.reason), *found.notes))
     point = found.points[0]
-    others = ", ".join(f"{name} {loss:.4g} W" for name, loss in found.alternatives.items())
+    others = ", ".join(f"{name} {rounded(loss, 2):.6g} W" for name, loss in found.alternatives.items())
     lines = [
-        f"Efficiency {100.0 * point.axle_efficiency:.2f} %, oil {point.temperature - KELVIN:.1f} °C, housing "
-        f"{point.temperature_housing - KELVIN:.1f} °C, heat that warms the axle {point.heat_stored:.4g} W.",
+        f"Efficiency {100.0 * point.axle_efficiency:.1f} %, oil {point.temperature - KELVIN:.1f} °C, housing "
+        f"{point.temperature_housing - KELVIN:.1f} °C, heat that warms the axle {rounded(point.heat_stored, 2):.6g} W.",
         f"Other methods: {others}.",
     ]
-    return f"{total:.4g} W ({low:.4g} to {high:.4g})", "\n".join((*lines, *found.notes))
+    total, low, high = (rounded(value, 2) for value in (total, low, high))
+    return f"{total:.6g} W ({low:.6g} to {high:.6g})", "\n".join((*lines, *found.notes))

@@ -28,10 +28,10 @@ def tooth(answer: SceneAnswer, quantity: str) -> Options:
     axis = AXIS | {"type": "value", "scale": True, "splitLine": {"show": False}, "axisLine": line}
     return {
         "animation": False,
-        "grid": {"left": 45, "right": 80, "top": 15, "bottom": 40},
+        "grid": {"left": 50, "right": 80, "top": 30, "bottom": 40},
         "tooltip": {},
         "xAxis": axis | {"name": "toe to heel [mm]", "nameLocation": "middle", "nameGap": 25},
-        "yAxis": axis,
+        "yAxis": axis | {"name": "root to tip [mm]"},
         "visualMap": COLOURS | {"min": 0, "max": float(f"{top or 1.0:.3g}"), "dimension": 2, "seriesIndex": 0},
         "series": [
             {"type": "scatter", "symbolSize": 7, "data": points},
@@ -43,7 +43,7 @@ def tooth(answer: SceneAnswer, quantity: str) -> Options:
 def losses(rows: Sequence[tuple[str, float, float, float]]) -> Options:
     """Loss by friction model, with marks at the ends of its interval."""
     grid = {"lineStyle": {"color": GREY, "opacity": 0.3}}
-    ends = [[round(end, 2), name] for name, _, *both in rows for end in both]
+    ends = [[round(end, 2), name] for name, _, *both in rows if both[1] - both[0] > 1e-6 * both[1] for end in both]
     return {
         "grid": {"left": 150, "right": 40, "top": 10, "bottom": 30},
         "tooltip": {},

@@ -28,6 +28,7 @@ from efficiency.app.scene import (
 from efficiency.design.design import MISALIGNMENTS
 from ehl.common.data import data_names
 from ehl.common.errors import InputError, MixedEhlError
+from ehl.common.quantities import rounded
 from regression.friction.published_registry import model_label
 
 _T = TypeVar("_T")
@@ -272,9 +273,10 @@ class Page:
         self.details.text = (
             ""
             if found.status == "failed"
-            else f"{found.power_loss:.4g} W of {found.power_input / 1e3:.4g} kW lost, mean friction coefficient "
-            f"{found.friction_coefficient_mean:.4f}, maximum Hertz pressure {found.pressure_hertz_max / 1e9:.3g} GPa, "
-            f"by {model_label(answer.friction)}; in brackets: 90 % interval from oil, surfaces and formula; numerical "
+            else f"{rounded(found.power_loss, 3):.6g} W of {found.power_input / 1e3:.4g} kW lost, mean friction "
+            f"coefficient {found.friction_coefficient_mean:.4f}, maximum Hertz pressure "
+            f"{found.pressure_hertz_max / 1e9:.3g} GPa, by {model_label(answer.friction)}; in brackets: 90 % "
+            "interval from oil, surfaces and formula; numerical "
             f"error {100.0 * found.efficiency_error:.1g} percentage points"
         )
 

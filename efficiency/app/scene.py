@@ -198,8 +198,8 @@ class SceneAnswer:
         if found.status == "failed":
             return "no result"
         low, high = 100.0 * found.efficiency_lower, 100.0 * found.efficiency_upper
-        interval = f" ({low:.2f} to {high:.2f})" if math.isfinite(low) and low < high else ""
-        return f"{100.0 * found.efficiency:.3f} %{interval}"
+        interval = f" ({low:.1f} to {high:.1f})" if math.isfinite(low) and low < high else ""
+        return f"{100.0 * found.efficiency:.2f} %{interval}"
 
 
 @dataclass

@@ -57,7 +57,7 @@ def test_answers_are_those_of_the_python_interface(bench: Bench, scene: Scene) -
         peklenik_number=2.0,
     )
     assert found.result.efficiency == expected.efficiency
-    assert found.headline().startswith(f"{100 * expected.efficiency:.3f} % (")
+    assert found.headline().startswith(f"{100 * expected.efficiency:.2f} % (")
     # a slider of speed or finish asks the formula alone
     assert bench.answer(changed(asked, speed="1000")).loaded is found.loaded
     assert bench.answer(changed(asked, torque="240")).loaded is not found.loaded
