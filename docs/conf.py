@@ -71,7 +71,8 @@ html_theme_options = {
     "navigation_with_keys": False,
     "header_links_before_dropdown": 7,
 }
-html_sidebars = {"index": []}
+# pages without others on their level have no list of them
+html_sidebars = {page: [] for page in ("index", "tour", "howto", "your_files", "theory", "performance", "nomenclature")}
 copyright = "the mixed-ehl developers, BSD-3-Clause"
 # outside addresses answer or not as they like: they are no part of the build
 linkcheck_ignore = [r"https?://.*"]
