@@ -1,17 +1,22 @@
 """The command line `mixed-ehl`: all commands of the three packages."""
 
+import sys
 from pathlib import Path
 from typing import Annotated, Any
 
-import typer
-import typer.core
+try:
+    import typer
+    import typer.core
 
-import efficiency
-import ehl.cli
-import regression.cli
-from efficiency.cli import axle, design, gear, loss_map, new, optimise
-from ehl import __version__
-from ehl.common.console import PROGRAM, App, JsonOption, print_json, run
+    import efficiency
+    import ehl.cli
+    import regression.cli
+    from efficiency.cli import axle, design, gear, loss_map, new, optimise
+    from ehl import __version__
+    from ehl.common.console import PROGRAM, App, JsonOption, print_json, run
+except KeyboardInterrupt:  # Ctrl-C in the first second
+    print("mixed-ehl: stopped", file=sys.stderr)
+    raise SystemExit(130) from None
 
 # commands of `mixed-ehl --help` in the order of the work
 _ORDER = (

@@ -134,6 +134,8 @@ class Command(typer.core.TyperCommand):
             return super().invoke(ctx)
         except InputError as error:
             raise error.changed(lambda problem: self._as_typed(ctx, problem)) from None
+        except KeyboardInterrupt:  # which typer would turn into an exit without a word
+            stop()
 
     def _as_typed(self, ctx: Any, problem: InputError) -> InputError:
         """The problem with the option as typed; without a hint it refers to the help."""
@@ -239,14 +241,19 @@ def run(command: Callable[[], object]) -> None:
         print(f"mixed-ehl: {error}", file=sys.stderr)
         sys.exit(error.exit_code)
     except KeyboardInterrupt:
-        print("mixed-ehl: stopped", file=sys.stderr)
-        sys.exit(STOPPED)
+        stop()
     except OSError as error:
         if error.errno not in _FULL or error.filename is not None:
             _last_resort(error)
         _stop_output(error)
     except Exception as error:
         _last_resort(error)
+
+
+def stop() -> NoReturn:
+    """Report a stop by the user and exit."""
+    print("mixed-ehl: stopped", file=sys.stderr)
+    sys.exit(STOPPED)
 
 
 def _flush() -> None:

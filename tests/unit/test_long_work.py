@@ -1,6 +1,8 @@
 """Progress of long computations on a terminal and in a log, and what a stopped command states."""
 
 import io
+import subprocess
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -115,3 +117,26 @@ def test_stopped_commands(mixed_ehl: Cli, monkeypatch: pytest.MonkeyPatch, tmp_p
     swept = mixed_ehl("sweep", "demo", "-o", tmp_path / "run")
     assert swept.code == 130
     assert str(tmp_path / "run") in swept.err
+
+
+STARTED = """
+import sys
+
+module, sys.argv[1:] = sys.argv[1], ["oil"]
+
+class Interrupted:
+    def find_spec(self, name, *rest):
+        if name == module:
+            raise KeyboardInterrupt
+
+sys.meta_path.insert(0, Interrupted())
+from efficiency.cli import main
+main()
+"""
+
+
+@pytest.mark.parametrize("module", ["typer", "ehl.fluid.oil"])
+def test_ctrl_c_while_modules_are_loaded_is_no_traceback(module: str) -> None:
+    """Before the command line is read, and within a command that shows no progress."""
+    run = subprocess.run([sys.executable, "-c", STARTED, module], capture_output=True, text=True)
+    assert (run.returncode, run.stdout, run.stderr) == (130, "", "mixed-ehl: stopped\n")
