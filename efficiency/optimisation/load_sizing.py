@@ -22,6 +22,7 @@ from efficiency.ltca.limits import EDGE_LIMIT, edge_load
 from efficiency.machine_settings.design_file import targets_text
 from efficiency.machine_settings.inputs import FlankTarget, MemberTargets, SettingsInput, load_targets, targets_next_to
 from efficiency.machine_settings.solve import machine_settings
+from efficiency.optimisation.problem import half_widths
 from efficiency.pair import GearPair
 from ehl.common.errors import ConvergenceError
 from ehl.common.files import write_file
@@ -118,8 +119,7 @@ def sized_for_load(
     """
     if not isinstance(targets, SettingsInput):
         targets = load_targets(targets)
-    box = {n: parse_quantity(v, "m", field=n) for n, v in {**BOX, **(misalignment or {})}.items()}
-    box = {name: half for name, half in box.items() if half}
+    box = half_widths({**BOX, **(misalignment or {})})
     corners = [dict(zip(box, signs, strict=True)) for signs in product((-1.0, 1.0), repeat=len(box))]
     states: list[State] = [{}, *({n: sign * box[n] for n, sign in corner.items()} for corner in corners if corner)]
     drive = targets.operation.torque if torque is None else checked("torque", torque)

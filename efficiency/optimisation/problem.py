@@ -419,6 +419,20 @@ def checked_limits(given: Mapping[str, Any] | None) -> dict[str, float | str]:
     return found
 
 
+def half_widths(box: Mapping[str, Any]) -> dict[str, float]:
+    """Half widths of E, P, G [m] and shaft_angle_error [rad] that are not zero."""
+    widths = {}
+    for name, value in box.items():
+        if name not in _SHIFTS:
+            raise InputError("misalignment", name, "one of " + ", ".join(_SHIFTS))
+        width = _SHIFTS[name].check(value, name, bare=not isinstance(value, str))
+        if width < 0.0:
+            raise InputError(name, value, "a half width, zero or above", "The box extends to both sides.")
+        if width > 0.0:
+            widths[name] = width
+    return widths
+
+
 def box_states(
     box: Mapping[str, Any] | None, tolerance: Mapping[str, Any] | None = None
 ) -> tuple[dict[str, float], ...]:
@@ -428,15 +442,7 @@ def box_states(
     seven a two-level fractional factorial design of resolution III with eight corners. `box` holds half widths of E, P,
     G [m] and shaft_angle_error [rad], where zero omits one; `tolerance` holds those of variables of the ease-off.
     """
-    widths: dict[str, float] = {}
-    for name, value in (BOX if box is None else box).items():
-        if name not in _SHIFTS:
-            raise InputError("misalignment", name, "one of " + ", ".join(_SHIFTS))
-        width = _SHIFTS[name].check(value, name, bare=not isinstance(value, str))
-        if width < 0.0:
-            raise InputError(name, value, "a half width, zero or above", "The box extends to both sides.")
-        if width > 0.0:
-            widths[name] = width
+    widths = half_widths(BOX if box is None else box)
     taken: dict[str, str] = {}
     for name, value in (tolerance or {}).items():
         if name not in VARIABLES or name in _BLANK:

@@ -149,6 +149,8 @@ class LocalProcesses:
         from joblib import Parallel, delayed, parallel_config
         from joblib.externals.loky.process_executor import BrokenProcessPool
 
+        # a run that is stopped leaves unused tasks, of which joblib warns, also from a thread of its own
+        warnings.filterwarnings("ignore", category=UserWarning, module=r"joblib\.parallel")
         calls = (delayed(_in_worker)(os.getpid(), task, function, time_cap) for task in tasks)
         with parallel_config(backend="loky", inner_max_num_threads=1):
             # only one task waits per worker, so that the last tasks are not queued behind a long one
@@ -161,10 +163,7 @@ class LocalProcesses:
             except BrokenProcessPool:
                 raise WorkersCrashed from None
             finally:
-                with warnings.catch_warnings():
-                    # a run that is stopped leaves unused tasks
-                    warnings.simplefilter("ignore", UserWarning)
-                    found.close()
+                found.close()
 
 
 def _in_worker(parent: int, task: Numbered, function: Callable[[Any], Any], time_cap: float | None) -> Numbered:

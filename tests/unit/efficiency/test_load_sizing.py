@@ -43,6 +43,13 @@ def test_sizing_of_the_drive_side_alone() -> None:
             sized_for_load(start, **{name: wrong})
 
 
+@pytest.mark.fast
+@pytest.mark.parametrize(("name", "width"), [("E", "5 mm"), ("P", "-0.1 mm"), ("G", "1 arcmin"), ("X", "0.1 mm")])
+def test_half_widths_are_checked_as_typed(name: str, width: str) -> None:
+    with pytest.raises(InputError, match=f"= '{name if name == 'X' else width}' cannot be used"):
+        sized_for_load(targets(), misalignment={name: width})
+
+
 def test_a_search_starts_from_the_sized_pair() -> None:
     """Its pressure away from edges is limited too."""
     found = efficiency.optimise(

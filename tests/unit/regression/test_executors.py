@@ -1,6 +1,8 @@
 """Crashed workers, fallback settings, time caps in threads, order of work and progress of a sweep."""
 
 import os
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Iterator
@@ -306,3 +308,22 @@ def test_rows_come_in_the_order_of_the_tasks_and_the_journal_resumes(tmp_path: P
         assert len(journal.reused) == 4
     assert list(run_tasks([1, 2, 3], abs, jobs=1)) == [1, 2, 3]
     assert list(run_tasks([], abs)) == []
+
+
+STOPPED = """
+import threading, time
+from ehl.common.runner import LocalProcesses
+
+results = LocalProcesses(2).results(iter(enumerate([0.05] * 40)), time.sleep)
+next(results)
+end = threading.Thread(target=results.close)
+end.start()
+end.join()
+time.sleep(1.0)
+"""
+
+
+def test_a_stopped_run_prints_no_warning_of_joblib() -> None:
+    """As with a full disk, where the results are closed in any thread."""
+    run = subprocess.run([sys.executable, "-c", STOPPED], capture_output=True, text=True)
+    assert (run.returncode, run.stdout, run.stderr) == (0, "", "")
