@@ -236,8 +236,10 @@ class Formula(FittedFormula, Reportable):
     def _coefficients(self) -> Table:
         others = (self.standard_errors, self.variance_inflation, self.dropped)
         rows = [(term, self.coefficients[term], *(values.get(term) for values in others)) for term in self.form.terms]
-        names = ("term", "value", "standard_error", "variance_inflation", "dropped")
-        return Table([Column(name, label=name.replace("_", " ")) for name in names], rows, title=repr(self))
+        # "value" is the name of a pressure-viscosity coefficient; the columns here have no unit
+        names = ("standard_error", "variance_inflation", "dropped")
+        columns = [Column(name, label=name.replace("_", " "), digits=3) for name in names]
+        return Table(["term", Column("number", label="value"), *columns], rows, title=repr(self))
 
     def _fitted(self, dataset: Results | None) -> FitRecord:
         """Families and their fitted data."""
