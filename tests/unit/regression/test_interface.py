@@ -10,6 +10,7 @@ from small_plans import gear_plan, sweep_plan
 
 import regression
 from ehl import ContactState, InputError, Oil
+from ehl.common.quantities import format_number
 from regression.data.result_files import read_run
 from regression.formula import FitRecord
 
@@ -75,6 +76,9 @@ def test_a_fit_has_its_data_and_a_file_needs_them(tmp_path: Path) -> None:
         )
     both = regression.Formula.of(fitted, FitRecord((fitted, other), ("power_law", "xu"), run.dataset()))
     assert [text.count("<table") for text in (fitted._repr_html_(), both._repr_html_())] == [1, 2]
+    # coefficients have no unit: the shown number is that of the formula
+    term, value = next(iter(fitted.coefficients.items()))
+    assert f">{format_number(value)}<" in fitted._repr_html_().partition(f">{term}<")[2].partition("</tr>")[0]
     for field, use in (
         ("dataset", loaded.sections),
         ("dataset", loaded.plot),
