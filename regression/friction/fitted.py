@@ -355,13 +355,15 @@ class FittedFormula(FrictionModel, InputModel):
             note = f"  ({self.dropped[term]})" if term in self.dropped else ""
             error = self.standard_errors.get(term)
             spread = f" +- {error:.3g}" if error is not None and not note else ""
-            lines.append(f"  {term} = {self.coefficients[term]:.{4 if spread else 9}g}{spread}{note}")
+            lines.append(f"  {term} = {self.coefficients[term]:.{9 if not (spread or note) else 4}g}{spread}{note}")
         if network := self.network:
             what = f"the mean of {len(network.members)} networks of 2 x {network.units} units"
             lines += ["", f"X/(1 - X) times exp(a), F/(1 - X)^1.5 times exp(b); a, b {what} in"]
             lines += [f"  {', '.join(network.variables)}"]
         lines += ["", "range:"]
-        lines += [f"  {name}: {low:.6g} to {high:.6g} {UNITS[name]}" for name, (low, high) in self.ranges.items()]
+        lines += [
+            f"  {quantity(name).label}: {quantity(name).span(low, high)}" for name, (low, high) in self.ranges.items()
+        ]
         return "\n".join(lines)
 
     def to_dict(self) -> dict[str, Any]:

@@ -105,7 +105,8 @@ def test_text_holds_equation_coefficients_and_ranges() -> None:
     text = FORMULAS["xu"].to_text()
     assert "b2 = 1.03303" in text
     assert "P^b2 |SR|^b3" in text
-    assert "slide_to_roll_total: 0.02 to 1.2" in text
+    assert "total slide-to-roll ratio: 0.02 to 1.2" in text
+    assert "GPa" in text.partition("range:")[2]
 
 
 def test_points_outside_are_flagged_and_get_the_widest_error() -> None:
