@@ -168,6 +168,7 @@ def test_physical_failures_are_not_tried_again() -> None:
     assert (row["reason"], row["attempts"], tried) == ("too_hot", 1, ["fast"])
 
 
+@pytest.mark.skipif(sys.gettrace() is not None, reason="does not end in a traced thread of Python 3.11")
 def test_the_cap_holds_in_a_thread_and_ends_with_the_case() -> None:
     case = make_plan().case_at(0)
     rows: list[dict[str, Any]] = []
