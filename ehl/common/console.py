@@ -219,8 +219,8 @@ def run(command: Callable[[], object]) -> None:
     """Run a command and exit with its code; every error is printed as one sentence.
 
     command: parses the command line and runs it.
-    Raises `SystemExit`: 0; 1 if a result is missing or not converged; 2 for an invalid input; 70 for a program error
-        with a log file; 74 if standard output cannot be written; 130 after a stop by the user.
+    Raises `SystemExit`: 0; 1 if a result is missing or not converged, or the memory does not suffice; 2 for an invalid
+        input; 70 for a program error with a log file; 74 if standard output cannot be written; 130 after a stop.
     """
     # with the usual 700 objects the imports start hundreds of collections, a tenth of the time of a point
     gc.set_threshold(_COLLECT)
@@ -242,6 +242,10 @@ def run(command: Callable[[], object]) -> None:
         sys.exit(error.exit_code)
     except KeyboardInterrupt:
         stop()
+    except MemoryError:
+        hint = "What is finished is kept: fewer worker processes (--jobs), or a machine with more memory."
+        print(f"mixed-ehl: the memory does not suffice. {hint}", file=sys.stderr)
+        sys.exit(1)
     except OSError as error:
         if error.errno not in _FULL or error.filename is not None:
             _last_resort(error)

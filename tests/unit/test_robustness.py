@@ -56,9 +56,19 @@ def refused(outcome: Any) -> None:
     assert 0 < len(outcome.err) < 5000
 
 
-@pytest.mark.parametrize(
-    "error", [RuntimeError("[/bold] unforeseen"), MemoryError("unforeseen"), OSError(5, "unforeseen")]
-)
+def test_a_lack_of_memory_is_one_sentence_and_no_fault_of_the_program(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(efficiency, "doctor", lambda **options: bytearray(2**60))
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    with pytest.raises(SystemExit) as end:
+        efficiency.cli.main()
+    assert end.value.code == 1
+    assert capsys.readouterr().err.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("error", [RuntimeError("[/bold] unforeseen"), OSError(5, "unforeseen")])
 def test_a_fault_of_the_program_is_one_sentence_and_a_log(
     error: Exception, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
