@@ -72,7 +72,9 @@ def efficiency_table(result: EfficiencyResult) -> Table:
     """The main figures of one operating point."""
     values = {name: result.value(name) for name in _SUMMARY}
     limits = _limits([result])
-    if not result.efficiency_lower < result.efficiency_upper:  # no uncertain input, or failed
+    if result.efficiency_lower < result.efficiency_upper:
+        limits |= _uncertain(limits["efficiency_lower"].decimals or 0)
+    else:  # no uncertain input, or failed
         del values["efficiency_lower"], values["efficiency_upper"]
     columns: dict[Any, Any] = {limits.get(name, name): value for name, value in values.items()}
     if result.edges.load_share > 0.0:
@@ -107,6 +109,13 @@ def _limits(results: Iterable[Any]) -> dict[str, Column]:
     narrowest = min((width for width in widths if width > 0.0), default=1.0)
     decimals = max(0, 1 - math.floor(math.log10(narrowest)))
     return {name: Column(name, decimals=decimals) for name in ("efficiency_lower", "efficiency_upper")}
+
+
+def _uncertain(decimals: int) -> dict[str, Column]:
+    """Columns of an uncertain loss: one more digit than its limits have, for comparisons with similar pairs."""
+    exact = {name: Column(name, decimals=decimals + 1) for name in ("efficiency", "efficiency_with_rolling")}
+    names = ("power_loss", "power_loss_rolling", "friction_coefficient_mean")
+    return exact | {name: Column(name, digits=3, rounded=True) for name in names}
 
 
 def inputs_note(inputs: InputUncertainty) -> str:
