@@ -113,7 +113,7 @@ def test_fit_of_a_name_on_the_command_line(shelf: Path, tmp_path: Path, mixed_eh
     # within every range, but where the plan has few cases: high pressure, speed, temperature and sliding at once
     corner = ("--radius", "35 mm", "--slide-to-roll", "1.0", "--temperature", "113 degC", "--roughness-rms", "0.54 um")
     beside = mixed_ehl("mu", formula, "--pressure", "1.5 GPa", "--speed", "12.5 m/s", *corner)
-    assert "note: extrapolated" in beside.err
+    assert "at the edge of the fitted cases" in beside.err
     refused = mixed_ehl("mu", formula, "--pressure", "3 GPa", "--speed", "4 m/s", *point, "--refuse")
     assert refused.code == 2
     assert "--pressure = 3000000000" in refused.err
