@@ -148,7 +148,8 @@ def _print_friction(content: dict[str, Any], label: str) -> None:
     value = content["friction_coefficient"]
     line = "mu = none" if value is None else f"mu = {value:.4f}"
     if content["friction_lower"] is not None:
-        line += f"  ({content['friction_lower']:.4f} to {content['friction_upper']:.4f}, error of the formula)"
+        whose = ", error of the formula" if content["friction_lower"] < content["friction_upper"] else ""
+        line += f"  ({content['friction_lower']:.4f} to {content['friction_upper']:.4f}{whose})"
     if "in_convex_hull" in content:
         line += f"  {'inside' if content['in_convex_hull'] else 'outside'} the convex hull of its data"
     mark = "" if content.get("certainty", "published") == "published" else " (M: equation unverified, at least in part)"

@@ -192,7 +192,7 @@ def compare(
         typer.Option(help="Friction model; repeat for several. Default: constants, published formulas, ehl."),
     ] = None,
     conditions: shared.ConditionOptions,
-    duty: Annotated[Path | None, typer.Option(help="Duty cycle, CSV or XLSX: energy by model as well.")] = None,
+    duty: Annotated[Path | None, advanced(help="Duty cycle, CSV or XLSX: energy by model as well.")] = None,
     load_from: LoadFromOption = None,
     json_output: shared.JsonOption = False,
     plot: Annotated[Path | None, shared.output_option(help="Write the figure (PNG, SVG, PDF).")] = None,

@@ -450,5 +450,5 @@ def test_page_in_a_browser(address: str, tmp_path: Path) -> None:
         browser.close()
     assert (tmp_path / "script.py").read_text(encoding="utf-8") == bench.script(moved)
     assert (tmp_path / "design.toml").read_text(encoding="utf-8") == bench.design_text(moved)
-    assert bench.answer(moved).headline()[:6] in (tmp_path / "page.html").read_text(encoding="utf-8")
+    assert bench.answer(moved).headline().partition(" ")[0] in (tmp_path / "page.html").read_text(encoding="utf-8")
     assert faults == []

@@ -15,6 +15,7 @@ from samples import contact_case as case
 
 from ehl.common.errors import InputError
 from ehl.contact import Contact
+from ehl.elastic_shear import rubbing_friction
 from ehl.fluid.density import INCOMPRESSIBLE
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
@@ -197,7 +198,9 @@ def test_contacts_far_from_any_gear_have_an_error_or_a_reason(
     assert (result.reason, result.status) == (reason, "failed" if reason else "converged")
     if not reason:
         assert 0.01 < result.friction_error < 1.0
-        assert result.friction_coefficient == pytest.approx(0.085, rel=result.friction_error)
+        assert result.problem is not None
+        expected = rubbing_friction(result.problem.line, 0.085)  # a slip of 1e-6: most of the contact sticks
+        assert result.friction_coefficient == pytest.approx(expected, rel=result.friction_error)
 
 
 def test_no_error_is_negative_where_a_law_has_a_viscosity_that_rises_with_temperature() -> None:

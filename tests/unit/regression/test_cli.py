@@ -130,7 +130,7 @@ def test_mu_as_text_and_outside_its_range(mixed_ehl: Call) -> None:
     assert inside.err == ""
     outside = mixed_ehl("mu", "xu_kahraman_2007", *point(pressure="3 GPa"), "--oil", "fva3")
     assert outside.code == 0
-    assert "outside range" in outside.err
+    assert "outside the range" in outside.err
     constant = mixed_ehl("mu", "constant:0.05", *point(lengthwise="1 m/s"), "--oil", "fva3")
     assert constant.out.startswith("mu = 0.0500  (0.0500 to 0.0500)")
 
