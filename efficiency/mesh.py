@@ -187,10 +187,6 @@ class Mesh:
         torque : float or str, optional
             Torque at the pinion shaft [N m]; default: that of the design.
 
-        Returns
-        -------
-        LoadedMesh
-
         Raises
         ------
         InputError
@@ -267,10 +263,6 @@ class Mesh:
             Solve every point, or interpolate as in `map`.
         **conditions : value or sequence
             As in `GearPair.over`, without those that change the geometry.
-
-        Returns
-        -------
-        Grid
         """
         axes, held = split_axes(conditions, AXES[len(GEOMETRY_AXES) :])
         model = resolve_friction(friction, self.design, conditions.get("oil"))
@@ -391,10 +383,6 @@ class LoadedMesh:
             `roughness_rms_pinion` and `roughness_rms_gear` [m], `correlation_length` [m], `peklenik_number` [-],
             `load_balance`, `bulk`.
 
-        Returns
-        -------
-        EfficiencyResult
-
         Raises
         ------
         InputError
@@ -416,10 +404,6 @@ class LoadedMesh:
             Keywords of `efficiency`.
         many : bool
             As in `efficiency`.
-
-        Returns
-        -------
-        list of EfficiencyResult
 
         Examples
         --------
@@ -450,10 +434,6 @@ class LoadedMesh:
             Default: the formulas shipped for the oil, `constant:0.05`, four published ones, solved contacts.
         **conditions : float or str
             As in `efficiency`.
-
-        Returns
-        -------
-        Comparison
         """
         from efficiency.loss.compare import DEFAULT_MODELS, compare_models
 
@@ -474,10 +454,6 @@ class LoadedMesh:
         ----------
         result : EfficiencyResult, optional
             Result whose forces are taken, with friction if it is in the torque balance; default: normal forces alone.
-
-        Returns
-        -------
-        MeshForces
 
         Raises
         ------

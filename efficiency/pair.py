@@ -133,10 +133,6 @@ class GearPair:
         **misalignment : float or str
             `E`, `P`, `G` [m] and `shaft_angle_error` [rad] instead of those of the design.
 
-        Returns
-        -------
-        Mesh
-
         Raises
         ------
         InputError
@@ -274,10 +270,6 @@ class GearPair:
             unit. Several values, as a sequence or as one text (``"100, 200 N m"``), are an axis of the grid; a single
             value applies to all points. ``design`` accepts pairs, designs, names or files.
 
-        Returns
-        -------
-        Grid
-
         Raises
         ------
         InputError
@@ -367,10 +359,6 @@ class GearPair:
             At the pinion [N m], [rad/s]; default: operating point of the design.
         duty : Path, str or sequence of DutyRow, optional
             Duty cycle as load spectrum instead of `rating.loads`; each row loads the flank of the sign of its torque.
-
-        Returns
-        -------
-        DesignRating
 
         Raises
         ------

@@ -253,14 +253,6 @@ class Contact(InputModel):
     def from_file(cls, path: str | Path) -> Self:
         """The contact of an input file (TOML) of `mixed-ehl solve`.
 
-        Parameters
-        ----------
-        path : str or Path
-
-        Returns
-        -------
-        Contact
-
         Raises
         ------
         InputError
@@ -271,14 +263,6 @@ class Contact(InputModel):
     @classmethod
     def from_dict(cls, content: Mapping[str, object]) -> Self:
         """The contact of a dictionary of keywords, or of tables as in the input file.
-
-        Parameters
-        ----------
-        content : mapping
-
-        Returns
-        -------
-        Contact
 
         Raises
         ------
@@ -298,12 +282,7 @@ class Contact(InputModel):
         return cls(**cast(ContactKeywords, content))
 
     def to_dict(self) -> dict[str, Any]:
-        """The given inputs as tables of the input file in SI units.
-
-        Returns
-        -------
-        dict
-        """
+        """The given inputs as tables of the input file in SI units."""
         return self.model_dump(mode="json", exclude_unset=True)
 
     def replace(self, **changes: Unpack[ContactKeywords]) -> Self:
@@ -313,10 +292,6 @@ class Contact(InputModel):
         ----------
         **changes
             Keywords of `Contact`; None removes an input.
-
-        Returns
-        -------
-        Contact
 
         Raises
         ------
@@ -341,10 +316,6 @@ class Contact(InputModel):
         ----------
         start : ContactResult, optional
             Result of a similar contact as the initial guess.
-
-        Returns
-        -------
-        ContactResult
 
         Raises
         ------
@@ -384,10 +355,6 @@ class Contact(InputModel):
         jobs : int, optional
             Worker processes; default: one per core.
 
-        Returns
-        -------
-        InputUncertainty
-
         Raises
         ------
         InputError
@@ -414,12 +381,7 @@ class Contact(InputModel):
         return effective_modulus(self.solid_1.body(), self.solid_2.body()) if given is None else given
 
     def line_contact(self) -> LineContact:
-        """Geometry, load and motion, with Hertz pressure, half-width and surface speeds.
-
-        Returns
-        -------
-        LineContact
-        """
+        """Geometry, load and motion, with Hertz pressure, half-width and surface speeds."""
         c, modulus = self.contact, self.effective_modulus
         load = c.load_per_length
         if c.pressure_hertz is not None:

@@ -57,10 +57,6 @@ class Material(InputModel):
         name : str
             One of `ehl.shipped("materials")`.
 
-        Returns
-        -------
-        Material
-
         Raises
         ------
         InputError

@@ -179,12 +179,7 @@ class ContactResult(Reportable):
         return self.status if not self.reason else f"{self.status}: {reason_text(self.reason)}"
 
     def table(self) -> Table:
-        """Results with units, neglected effects and notes, for terminal, page and files.
-
-        Returns
-        -------
-        Table
-        """
+        """Results with units, neglected effects and notes, for terminal, page and files."""
         known = [name for name in _SHOWN if math.isfinite(getattr(self, name))]
         return Table(
             known,
@@ -196,24 +191,14 @@ class ContactResult(Reportable):
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """Scalar results in SI units for JSON; values that are not finite become None.
-
-        Returns
-        -------
-        dict
-        """
+        """Scalar results in SI units for JSON; values that are not finite become None."""
         names = (item.name for item in fields(self) if item.name not in _NOT_SCALAR)
         values = {name: finite_or_none(getattr(self, name)) for name in names}
         said = [reason_text(self.reason), *self.notes] if self.reason else list(self.notes)
         return values | {"skipped": list(self.skipped), "notes": said}
 
     def to_frame(self) -> DataFrame:
-        """One row of operating point and results in SI units.
-
-        Returns
-        -------
-        pandas.DataFrame
-        """
+        """One row of operating point and results in SI units."""
         return results_frame([self])
 
     def references(self) -> set[str]:

@@ -102,30 +102,15 @@ class PathResult(TableResult, Tabular):
         return np.array([getattr(result, name) for result in self.results], dtype=np.float64)
 
     def to_dict(self) -> dict[str, Any]:
-        """Results of all contacts for JSON.
-
-        Returns
-        -------
-        dict
-        """
+        """Results of all contacts for JSON."""
         return {"results": [result.to_dict() for result in self.results], "messages": list(self.messages)}
 
     def to_frame(self) -> DataFrame:
-        """One row per contact: operating point and results in SI units.
-
-        Returns
-        -------
-        pandas.DataFrame
-        """
+        """One row per contact: operating point and results in SI units."""
         return results_frame(self.results)
 
     def table(self) -> Table:
-        """As `to_frame`.
-
-        Returns
-        -------
-        ehl.Table
-        """
+        """As `to_frame`."""
         return Table.from_columns(self.to_frame().to_dict("list"), title=repr(self))
 
     def __repr__(self) -> str:

@@ -75,10 +75,6 @@ class ContactState:
         **values : array_like
             Fields of `ContactState` in SI units.
 
-        Returns
-        -------
-        ContactState
-
         Examples
         --------
         >>> import ehl

@@ -111,10 +111,6 @@ class Formula(FittedFormula, Reportable):
         **conditions : float, str or array
             As in `mu`.
 
-        Returns
-        -------
-        array of bool
-
         Raises
         ------
         InputError

@@ -341,10 +341,6 @@ class EfficiencyResult(Reportable):
             For solved contacts: solve some of them at both ends of every input (minutes) instead of using a formula of
             the oil.
 
-        Returns
-        -------
-        InputUncertainty
-
         Raises
         ------
         InputError

@@ -3,28 +3,21 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from efficiency.loss.compare import Comparison
-from efficiency.mesh import Mesh
-from efficiency.output.comparison_report import CAPTION
-from efficiency.output.flank_map import FlankMap
+from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.output.gear_report import SPIN, answer
 from efficiency.output.notes import comparison_notes
-from efficiency.output.plots_comparison import plot_comparison
-from efficiency.output.plots_flank import LOSS, contact_figure, field_figure
-from efficiency.output.plots_geometry import contact_lines_figure, ease_off_figure
-from efficiency.output.plots_load import plot_friction_and_loss, plot_load_sharing, plot_transmission_error
-from efficiency.output.tables import efficiency_table, models_table, operating_point, percent
+from efficiency.output.tables import operating_point, percent
 from efficiency.pair import GearPair
 from ehl import __version__
 from ehl.common.files import make_folder
 from ehl.common.pages import Reportable
 from ehl.common.progress import ProgressCallback, progress_to, report_progress
-from ehl.common.quantities import quantity
 from ehl.common.runner import checked_jobs
 from ehl.common.sections import Code, Folded, Head, KeyFigures, Medium, Notes, Picture, Row, Section, Text
 from ehl.common.table import Table
@@ -41,12 +34,13 @@ def demo_sections(result: DemoResult, medium: Medium) -> list[Section]:
     """Sections of the demonstration: gear pair, friction models, formulas, contacts, provenance."""
     if medium != "page":
         return result.comparison.sections(medium)
-    sections = [_summary(result), _gear(result), _comparison(result), _formulas(result), _contacts(result)]
-    return [*sections, _provenance(result)]
+    _, *of_gear = result.gear.sections(medium)
+    _, *of_models = result.comparison.sections(medium)
+    return [_summary(result), *of_gear, *of_models, _formulas(result), _contacts(result), _provenance(result)]
 
 
 def _summary(result: DemoResult) -> Section:
-    best, gear = result.formulas[0], result.comparison.results[0]
+    best, gear = result.formulas[0], result.gear
     constant = next(row for row in result.comparison.rows if row.name.startswith("constant"))
     notes = Notes(comparison_notes(result.comparison), len(result.comparison.results))
     tiles = [
@@ -103,51 +97,6 @@ def _formulas(result: DemoResult) -> Section:
     )
 
 
-def _gear(result: DemoResult) -> Section:
-    gear = result.comparison.results[0]
-    pair = result.gear.flanks
-    assert pair is not None
-    cycle, at = tuple(load.position for load in gear.load.positions), gear.conditions
-    flank = FlankMap.of(pair.flanks, gear)
-    return Section(
-        "Gear pair",
-        [
-            Text(
-                f"{pair.teeth_pinion} x {pair.teeth_gear} spiral bevel pair, face-milled and generated. The flanks "
-                "follow from the machine settings by the equation of meshing. The ease-off refers to the conjugate "
-                f"pinion. The load is {at.torque:.4g} N m at {quantity('speed').text(at.speed)} of the pinion."
-            ),
-            Row(
-                [
-                    Picture(partial(ease_off_figure, pair), "Ease-off and unloaded path of contact."),
-                    Picture(partial(contact_lines_figure, pair, cycle), "Potential contact lines over one mesh cycle."),
-                    Picture(partial(contact_figure, flank), "Contact pattern and Hertz pressure under load."),
-                    Picture(partial(field_figure, flank, LOSS), "Power loss per area of the gear flank."),
-                    Picture(partial(plot_load_sharing, gear), "Share of the torque on one tooth pair."),
-                    Picture(partial(plot_transmission_error, gear), "Transmission error, unloaded and loaded."),
-                    Picture(partial(plot_friction_and_loss, gear), "Friction and loss over one mesh cycle."),
-                ]
-            ),
-            replace(efficiency_table(gear), title="", notes=()),
-        ],
-    )
-
-
-def _comparison(result: DemoResult) -> Section:
-    return Section(
-        "Comparison with constant friction and other models",
-        [
-            Text(
-                "The same loaded mesh with each friction model. The model 'ehl' solves contacts of the mesh; its "
-                "difference from the fitted formula is the error of the formula. The closed forms use one constant "
-                "friction coefficient for the pair."
-            ),
-            Picture(partial(plot_comparison, result.comparison), CAPTION),
-            replace(models_table(result.comparison), title=""),
-        ],
-    )
-
-
 def _provenance(result: DemoResult) -> Section:
     best = result.formulas[0]
     rows = [
@@ -156,7 +105,7 @@ def _provenance(result: DemoResult) -> Section:
         ("solver", best.data.solver_version),
         *((f"time: {step}", f"{value:.1f} s") for step, value in result.seconds.items()),
     ]
-    neglected = "; ".join(result.comparison.results[0].skipped)
+    neglected = "; ".join(result.gear.skipped)
     return Section(
         "Provenance",
         [
@@ -181,7 +130,7 @@ class DemoResult(Reportable):
     run: Run  # run of the contacts
     dataset: Dataset  # results of the contacts
     formulas: tuple[FittedFormula, ...]  # one per family, best cross-validated first
-    gear: Mesh  # geometry of the pair
+    gear: EfficiencyResult  # the pair with the best formula
     comparison: Comparison  # friction models on the pair; the best formula first
     seconds: dict[str, float]  # wall time of each step [s]
 
@@ -195,7 +144,7 @@ class DemoResult(Reportable):
                 "coefficients": best.coefficients,
                 "validation": best.validation.model_dump(mode="json"),
             },
-            "gear": self.comparison.results[0].to_dict(),
+            "gear": self.gear.to_dict(),
             "comparison": self.comparison.to_dict(),
             "seconds": self.seconds,
         }
@@ -257,9 +206,10 @@ def run_demo(folder: Path | str, jobs: int | None = None, progress: ProgressCall
         lap("fit")
 
         report_progress("gear pair", 0, 1)
-        gear = GearPair(DESIGN).mesh()
+        loaded = GearPair(DESIGN).mesh().load()
         models = [*map(str, paths), "ehl", CONSTANT, "xu_kahraman_2007"]
-        comparison = gear.load().compare(models)
+        comparison = loaded.compare(models)
+        gear = loaded.efficiency(models[0])
         report_progress("gear pair", 1, 1)
         lap("gear")
 

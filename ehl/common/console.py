@@ -194,14 +194,7 @@ class App(typer.Typer):
         """Decorator for a command; its help is the docstring with each paragraph on one line."""
 
         def add(function: _Function) -> _Function:
-            text = re.sub(
-                r"(?<!\
-)\
-(?!\
-)",
-                " ",
-                inspect.getdoc(function) or "",
-            )
+            text = re.sub(r"(?<!\n)\n(?!\n)", " ", inspect.getdoc(function) or "")
             super(App, self).command(name, cls=Command, **({"help": text} | settings))(function)
             return function
 

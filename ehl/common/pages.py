@@ -88,10 +88,6 @@ class Reportable:
             Matplotlib axes for the main panel; a new pyplot figure if not given.
         **options
             As in `sections`.
-
-        Returns
-        -------
-        Axes
         """
         with interactive():
             return self._plot(ax, **options)
@@ -109,10 +105,6 @@ class Reportable:
             HTML page, workbook (.xlsx), first table (.csv), or all numbers (.json), by its suffix.
         **options
             As in `sections`.
-
-        Returns
-        -------
-        Path
 
         Raises
         ------

@@ -39,10 +39,6 @@ class Tabular:
     def to_xarray(self) -> xarray.Dataset:
         """The result over its axes, with SI units as the attribute `units` of each variable.
 
-        Returns
-        -------
-        xarray.Dataset
-
         Raises
         ------
         InputError
@@ -62,10 +58,6 @@ class Tabular:
 
     def to_parquet(self, path: str | PathLike[str]) -> None:
         """Write the rows as a Parquet file, with the SI unit in the metadata of each column.
-
-        Parameters
-        ----------
-        path : str or path
 
         Raises
         ------

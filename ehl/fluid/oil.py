@@ -144,10 +144,6 @@ class Oil(InputModel, Reportable):
             One of `ehl.shipped("oils")` (case-insensitive); a generic oil such as ``"pao 97.5/13.3"`` (cSt at 40 and
             100 degC), ``"mineral vg 220"`` or ``"mineral vg 220 vi 95"`` (`Oil.generic`); or the path of a .toml file.
 
-        Returns
-        -------
-        Oil
-
         Raises
         ------
         InputError
@@ -190,10 +186,6 @@ class Oil(InputModel, Reportable):
             Density at 15 degC, kg/m3; default: typical of the family.
         name : str, optional
             Name of the card.
-
-        Returns
-        -------
-        Oil
 
         Raises
         ------
@@ -287,10 +279,6 @@ class Oil(InputModel, Reportable):
             n of `pressure_viscosity`, `viscosity`, `eyring_stress`, `limiting_shear`, `thermal_conductivity`; default:
             0.
 
-        Returns
-        -------
-        Oil
-
         Raises
         ------
         InputError
@@ -324,10 +312,6 @@ class Oil(InputModel, Reportable):
         ----------
         temperature : float or array
             Inlet temperature [K]; an array gives array fields.
-
-        Returns
-        -------
-        Lubricant
 
         Raises
         ------

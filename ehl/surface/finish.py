@@ -151,10 +151,6 @@ class Finish:
             One of `ehl.shipped("finishes")`, or the path of a .toml file.
         state : {"run_in", "new"}
 
-        Returns
-        -------
-        Finish
-
         Raises
         ------
         InputError
@@ -193,10 +189,6 @@ class Finish:
             State of the measured flank.
         **reading
             Keyword arguments of `ehl.measured_surface`.
-
-        Returns
-        -------
-        Finish
 
         Raises
         ------
@@ -237,10 +229,6 @@ class Finish:
     def to_toml(self) -> str:
         """TOML text of this finish, with its one state.
 
-        Returns
-        -------
-        str
-
         Examples
         --------
         >>> import ehl
@@ -261,10 +249,6 @@ class Finish:
         ----------
         rms : float
             Rq [m].
-
-        Returns
-        -------
-        Finish
 
         Examples
         --------

@@ -169,12 +169,7 @@ class Dataset(TableResult, Tabular):
         )
 
     def table(self) -> Table:
-        """Minimum, median and maximum of the main quantities.
-
-        Returns
-        -------
-        ehl.Table
-        """
+        """Minimum, median and maximum of the main quantities."""
         rows = self.converged[list(_SUMMARY)].agg(["min", "median", "max"])
         names = ("minimum", "median", "maximum")
         cells = [(name, *row) for name, row in zip(names, rows.itertuples(index=False), strict=True)]

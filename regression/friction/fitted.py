@@ -308,10 +308,6 @@ class FittedFormula(FrictionModel, InputModel):
         oil : Oil, optional
             Oil card for the comparison with those of the data.
 
-        Returns
-        -------
-        FrictionEstimate
-
         Raises
         ------
         InputError
@@ -379,10 +375,6 @@ class FittedFormula(FrictionModel, InputModel):
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write the formula file (JSON).
-
-        Parameters
-        ----------
-        path : str or path
 
         Raises
         ------

@@ -135,10 +135,6 @@ class FrictionModel(ABC):
             `regression.friction.conditions.conditions_of` the contact points.
         oil : Oil
             Oil card.
-
-        Returns
-        -------
-        FrictionEstimate
         """
 
     def coefficient(self, conditions: Conditions, oil: Oil) -> Array:
@@ -230,10 +226,6 @@ class FrictionModel(ABC):
             Coverage of the interval [-].
         **conditions : float or str
             As in `mu`.
-
-        Returns
-        -------
-        InputUncertainty
 
         Raises
         ------

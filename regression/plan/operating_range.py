@@ -204,10 +204,6 @@ class OperatingRange(TableResult):
             Number of points in the ranges, for each oil.
         **options
             Other parameters of `plan_text`.
-
-        Returns
-        -------
-        Plan
         """
         return Plan.from_dict(tomllib.loads(self.plan_text(name, oils, size=size, **options)))
 

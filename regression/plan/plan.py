@@ -164,10 +164,6 @@ class Plan(InputModel, Reportable):
         changes : sequence of str
             Entries that replace those of the file, such as ``lubricant.oil=fva3`` or ``sampling.size=64``.
 
-        Returns
-        -------
-        Plan
-
         Raises
         ------
         InputError
@@ -202,10 +198,6 @@ class Plan(InputModel, Reportable):
         content : mapping
             Tables of a plan file: ``name``, ``variables``, ``sampling``, ``lubricant``... Values are SI numbers or
             texts with a unit.
-
-        Returns
-        -------
-        Plan
 
         Raises
         ------
@@ -516,10 +508,6 @@ class Plan(InputModel, Reportable):
     def estimate(self) -> CostEstimate:
         """Estimated computation time of the plan.
 
-        Returns
-        -------
-        CostEstimate
-
         Examples
         --------
         >>> from regression import Plan
@@ -564,12 +552,7 @@ class Plan(InputModel, Reportable):
         return f"accuracy {self.model.accuracy}; {oils}; over {varied or 'a table of points'}"
 
     def to_dict(self) -> dict[str, Any]:
-        """All entries in SI units, with their defaults, as stored with results (`from_json`).
-
-        Returns
-        -------
-        dict
-        """
+        """All entries in SI units, with their defaults, as stored with results (`from_json`)."""
         return self.model_dump(mode="json")
 
     def sections(self, medium: Medium = "page", *args: Any, **options: Any) -> list[Section]:
@@ -626,10 +609,6 @@ class Plan(InputModel, Reportable):
             Oil card, if the plan has several.
         seed : int, optional
             Seed of the roughness profile.
-
-        Returns
-        -------
-        ehl.Contact
 
         Raises
         ------

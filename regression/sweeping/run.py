@@ -79,12 +79,7 @@ class Run(PathLike[str], TableResult):
         return sum(report.unanswered for report in self.reports)
 
     def dataset(self) -> Dataset:
-        """All results as a dataset.
-
-        Returns
-        -------
-        Dataset
-        """
+        """All results as a dataset."""
         return load_dataset(self.path)
 
     def to_frame(self, *, units: bool = False) -> pd.DataFrame:
@@ -119,10 +114,6 @@ class Run(PathLike[str], TableResult):
         ----------
         **options
             Options of `sweep`; the default formula is that of the run.
-
-        Returns
-        -------
-        Run
         """
         computed_by = str(read_meta(self.path)["solver_version"])
         if computed_by in PUBLISHED:
