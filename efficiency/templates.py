@@ -149,7 +149,7 @@ def _oil(text: str, name: str, answers: Mapping[str, str], given: Mapping[str, s
     if len(viscosities) == 1:
         missing = "nu100" if "nu40" in viscosities else "nu40"
         raise InputError(missing, None, "the viscosities at 40 and 100 degC, or vg alone")
-    if not viscosities and not answers["vg"].isdigit():
+    if not viscosities and not answers["vg"].isdecimal():
         raise InputError("vg", answers["vg"], "a whole number such as 220")
     grade: dict[str, Any] = {"nu_40": given["nu40"], "nu_100": given["nu100"]} if viscosities else {}
     card = Oil.generic(

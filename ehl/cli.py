@@ -37,14 +37,16 @@ def solve(
     if (uncertainty or quick) and result.status != "failed":
         typer.echo("uncertainty from the inputs: about twenty further solutions", err=True)
         spread = contact.uncertainty()
-    if json_output:
-        found = result.to_dict() | ({} if spread is None else {"uncertainty": spread.to_dict()})
-        shared.print_json(found | ({"bibtex": result.citation().bibtex} if cite else {}))
-    else:
-        result.show(uncertainty=spread)
-        if cite:
-            shared.print_text(f"\nReferences\n{result.citation()}")
-    result.write(report=report, plot=plot if result.status != "failed" else None, uncertainty=spread)
+    try:  # files first, as standard output may be closed
+        result.write(report=report, plot=plot if result.status != "failed" else None, uncertainty=spread)
+    finally:
+        if json_output:
+            found = result.to_dict() | ({} if spread is None else {"uncertainty": spread.to_dict()})
+            shared.print_json(found | ({"bibtex": result.citation().bibtex} if cite else {}))
+        else:
+            result.show(uncertainty=spread)
+            if cite:
+                shared.print_text(f"\nReferences\n{result.citation()}")
     if result.status != "converged":
         typer.echo(result.outcome, err=True)
     if result.status == "failed":

@@ -186,13 +186,12 @@ def calibrate(
     check_outputs({"output": output, "plot": plot, "report": report}, output=".toml")
     with working("calibration"):
         result = regression.calibrate(measured, setup, profile=profile, parameters=fit, oil=oil, jobs=jobs)
-    result.write(plot=plot, report=report)
-    if json_output:
-        print_json(result.to_dict())
-    else:
-        result.show()
-    if output is not None:
-        result.save_card(output, force=force)
+    try:  # files first, as standard output may be closed; the fit is shown even if it gives no card
+        result.write(plot=plot, report=report)
+        if output is not None:
+            result.save_card(output, force=force)
+    finally:
+        print_json(result.to_dict()) if json_output else result.show()
     if output is not None and not json_output:
         typer.echo(f"written: {output}. To use it:")
         for line in result.use_lines(output):
@@ -261,7 +260,11 @@ def sweep_run(
 
     The exit code is 0 if every case has a result, 1 if a case has none, and 130 after an interruption.
     """
+    from regression.sweeping.run import check_options, checked_shard
+
     content = regression.Plan.from_file(plan, changes or ())
+    check_options(formula, time_cap, retries)
+    checked_shard(shard)
     if estimate:
         print_text(content.estimate().to_text(jobs))
         return
@@ -312,6 +315,7 @@ def sweep_merge(
     complete: Annotated[bool, typer.Option("--complete", help="Fail if cases are missing in the run.")] = False,
 ) -> None:
     """Merge all shards of a run into one file, sorted by case key."""
+    check_outputs({"target": target})
     count = regression.Run(run).merge(target, compress=compress, complete=complete)
     typer.echo(f"{target}: {count} cases")
 

@@ -84,6 +84,7 @@ def settings(
     written in all cases.
     """
     sizing = None
+    console.check_outputs({"output": output}, create=True)
     if not sized:
         shared.refuse("settings without --sized", {"torque": torque, "coast_torque": coast_torque, **box})
     if sized:
@@ -145,6 +146,7 @@ def export(
     of_designs = {"rim": rim, "bore": bore, "member": member != "both" and member, "what": what != WHAT and what}
     if design in shipped("formulas") or Path(design).suffix == ".json":
         shared.refuse("a formula", of_designs)
+        console.check_outputs({"output": output})
         formula = regression.Formula.load(design)
         formula.export(output, language, oil=oil, oil_arguments=oil_arguments, guard=guard)
         laws = "oil properties as arguments" if oil_arguments else oil or formula.default_oil()
@@ -155,6 +157,7 @@ def export(
     parts = [part.strip() for part in what.split(",") if part.strip()]
     if not parts:
         raise InputError("what", what, f"some of {WHAT}, ease_off, step")
+    console.check_outputs({"output": output}, ["output"], create=True)
     members: dict[str, tuple[Literal["pinion", "gear"], ...]] = {"pinion": ("pinion",), "gear": ("gear",)}
     written = efficiency.load(design).export(
         output,
@@ -178,6 +181,7 @@ def import_summary(
     ] = None,
 ) -> None:
     """Read a machine summary (inch or metric) into a design file."""
+    console.check_outputs({"output": output}, create=True)
     text, notes = efficiency.import_design(sheet, like)
     console.write_text(output, text)
     print(f"{output}: " + ("a design that can be computed" if like else "tables of a design file"))
@@ -199,6 +203,7 @@ def correct(
     json_output: shared.JsonOption = False,
 ) -> None:
     """Machine corrections from measured flanks, so that the next part agrees with the design."""
+    console.check_outputs({"output": output}, create=True)
     result = efficiency.machine_corrections(design, grids, uncertainty, cast("Literal[1, 2]", order))
     if output is not None:
         console.write_text(output, result.text)
@@ -243,7 +248,7 @@ def misalignment(
 
     Misalignments are lists 'a, b, c unit' or ranges 'from:to:number unit'. All combinations are computed.
     """
-    shared.check_files(console.given({"report": report}))
+    shared.check_files({"report": report, "csv": csv, "plot": plot})
     with console.working("misalignment"):
         states = efficiency.load(design).misalignment(
             side=side,
@@ -313,8 +318,7 @@ def study(
         "store": store,
     }
     chosen |= {"strength": strength} | console.given({"load_balance": load_balance})
-    kept = f"finished points are kept in {store}, the same command resumes"
-    with console.output_folder(output), console.working("study", kept):
+    with console.output_folder(output), console.working("study", shared.kept("points", store, fresh)):
         result = efficiency.study(designs or PAIRS, **chosen, **values, **misalignment)
     shared.present_folder(result, json_output, output)
 
@@ -333,8 +337,7 @@ def plan(
 
     The ranges are quantiles weighted with the friction work of each contact point.
     """
-    if output.suffix != ".toml":
-        raise InputError("output", str(output), "a file name ending in .toml")
+    console.check_outputs({"output": output}, create=True, output=".toml")
     pairs = [efficiency.load(design) for design in designs]
     ranges = regression.operating_range([point for pair in pairs for point in pair.duty_points(duty, oil)], coverage)
     oils = tuple(dict.fromkeys([oil] if oil else [pair.design.operation.oil for pair in pairs]))

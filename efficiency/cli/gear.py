@@ -10,7 +10,17 @@ import typer
 import efficiency
 from efficiency.cli import options as shared
 from ehl import InputError
-from ehl.common.console import DESIGN, GEAR, App, advanced, fail_unless_converged, given, is_list, working
+from ehl.common.console import (
+    DESIGN,
+    GEAR,
+    App,
+    advanced,
+    check_outputs,
+    fail_unless_converged,
+    given,
+    is_list,
+    working,
+)
 
 BulkOption = Annotated[
     str | None,
@@ -67,6 +77,7 @@ def gear(
 ) -> None:
     """Efficiency of a gear pair at one operating point: contact, load, friction, power loss, strength."""
     shared.check_files(files)
+    check_outputs({"save_load": save_load})
     _refuse_lists(conditions)
     if tolerance is not None:
         switches = {"rating": rating, "uncertainty": uncertainty, "strength": strength}

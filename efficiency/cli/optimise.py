@@ -94,8 +94,7 @@ def optimise(
     chosen |= {"tolerance": _tolerance(tolerance), "over": over, "flanks": flanks, "friction": friction, "oil": oil}
     chosen |= {"evaluations": evaluations, "batch": batch, "check": check, "solved": check_friction, "seed": seed}
     chosen |= {"sized": sized, "jobs": jobs, "dask": dask, "store": store}
-    kept = f"finished evaluations are kept in {store}, the same command resumes"
-    with output_folder(output), working("optimisation", kept):
+    with output_folder(output), working("optimisation", shared.kept("evaluations", store, fresh)):
         result = efficiency.optimise(targets, _variables(vary), **chosen)
     shared.present_folder(result, json_output, output)
 

@@ -16,13 +16,13 @@ from ehl.common.console import (
     OUTPUT,
     advanced,
     check_outputs,
-    check_suffix,
     fail_unless_converged,
     given,
     names_of,
     print_json,
     print_text,
 )
+from ehl.common.files import FIGURE
 
 operation: Any = functools.partial(typer.Option, rich_help_panel=OPERATION)
 output_option: Any = functools.partial(typer.Option, rich_help_panel=OUTPUT)
@@ -178,6 +178,11 @@ def started_store(folder: Path, fresh: bool) -> Path:
     return store
 
 
+def kept(what: str, store: Path, fresh: bool) -> str:
+    """What remains of a stopped run, and how to resume it."""
+    return f"finished {what} are kept in {store}; the same command{' without --fresh' if fresh else ''} resumes"
+
+
 def present_folder(result: Any, json_output: bool, folder: Path) -> None:
     """Print a result and write it into a folder; exit code 1 if it failed."""
     written = result.write(folder=folder)
@@ -213,10 +218,11 @@ def write_map(found: Any, files: Sequence[Path] | None) -> None:
 
 
 def check_files(files: Mapping[str, Any]) -> None:
-    """Raise an `InputError` for a wrong suffix of pages or workbooks, or unknown units."""
-    for field in ("report", "xlsx"):
-        if field in files:
-            check_suffix(files[field], field)
+    """Raise an `InputError` for files and folders that cannot be written, or unknown units."""
+    suffixes = {"csv": (".csv",), "plot": FIGURE}
+    paths = {name: path for name, path in files.items() if isinstance(path, Path)}
+    folders = [name for name in suffixes if name in paths and paths[name].suffix.lower() not in suffixes[name]]
+    check_outputs(paths, folders, create=True)
     unit_system(files.get("units"))
 
 
@@ -238,14 +244,16 @@ def present(result: Any, json_output: bool, more: Mapping[str, Any] | None = Non
     contained = {"strength": True} if files.pop("strength", False) else {}
     options = {"units": unit_system(files.pop("units"))} if "units" in files else {}
     citation = result.citation() if files.pop("cite", False) else None
-    if json_output:
-        bibtex = {} if citation is None else {"bibtex": citation.bibtex}
-        print_json(result.to_dict(**contained) | dict(more or {}) | bibtex)
-    else:
-        result.show(**options)
-        if citation is not None:
-            print_text(f"\nReferences\n{citation}")
-    result.write(**files, **options)
+    try:  # files first, as standard output may be closed; the result is shown even if a file cannot be written
+        result.write(**files, **options)
+    finally:
+        if json_output:
+            bibtex = {} if citation is None else {"bibtex": citation.bibtex}
+            print_json(result.to_dict(**contained) | dict(more or {}) | bibtex)
+        else:
+            result.show(**options)
+            if citation is not None:
+                print_text(f"\nReferences\n{citation}")
     fail_unless_converged(result.status, result.reason)
 
 

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 
 HOUR = 3600.0
+_OIL = OPERATION_LIMITS["temperature"]
 _MAX_TORQUE, _MAX_SPEED = (float(OPERATION_LIMITS[name].le or 1e6) for name in ("torque", "speed"))
 SIGNED = {
     "torque": ValueRange("N*m", ge=-_MAX_TORQUE, le=_MAX_TORQUE, hint="Negative on the coast side."),
@@ -34,7 +35,7 @@ SIGNED = {
 }
 COLUMNS: dict[str, ValueRange | None] = {
     **SIGNED,
-    "temperature": OPERATION_LIMITS["temperature"],
+    "temperature": _OIL,
     "hours": ValueRange("h", ge=0.0),
 }
 _RECORDED: dict[str, ValueRange | None] = {
@@ -98,6 +99,10 @@ def read_duty(
     Raises `InputError` with row and column, or if no row remains.
     """
     path = Path(path)
+    given = {"ratio": (ratio, RATIO), "tyre_radius": (tyre_radius, TYRE_RADIUS), "temperature": (temperature, _OIL)}
+    turns, radius, held = (
+        None if value is None else limits.check(value, name) for name, (value, limits) in given.items()
+    )
     columns = {
         name: np.array(values, dtype=float)
         for name, values in read_table(path, COLUMNS | _RECORDED, bare=False, missing=True).items()
@@ -105,17 +110,14 @@ def read_duty(
     size = len(next(iter(columns.values())))
     if "time" in columns and "hours" not in columns:
         columns["hours"] = _durations(path, columns["time"])
-    if "temperature" not in columns and temperature is not None:
-        limits = OPERATION_LIMITS["temperature"]
-        columns["temperature"] = np.full(size, limits.check(temperature, "temperature"))
+    if "temperature" not in columns and held is not None:
+        columns["temperature"] = np.full(size, held)
     for own, recorded in (("speed", "vehicle_speed"), ("torque", "wheel_torque")):
         if own not in columns and recorded in columns:
-            if ratio is None or (own == "speed" and tyre_radius is None):
-                needed = "tyre_radius" if own == "speed" and tyre_radius is None else "ratio"
+            if turns is None or (own == "speed" and radius is None):
+                needed = "tyre_radius" if own == "speed" and radius is None else "ratio"
                 raise InputError(needed, None, f"required, because the file has {recorded}")
-            turns = RATIO.check(ratio, "ratio")
-            factor = 1.0 / turns if own == "torque" else turns / TYRE_RADIUS.check(tyre_radius, "tyre_radius")
-            columns[own] = factor * columns[recorded]
+            columns[own] = columns[recorded] * (turns / radius if own == "speed" and radius else 1.0 / turns)
     for name in COLUMNS:
         if name not in columns:
             raise InputError(f"{path.name}, column {name}", None, f"columns {', '.join(COLUMNS)}")

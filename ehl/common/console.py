@@ -19,7 +19,7 @@ import tempfile
 import threading
 import time
 import traceback
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
 from itertools import pairwise
@@ -158,6 +158,7 @@ class Command(typer.core.TyperCommand):
 @contextmanager
 def output_folder(folder: Path) -> Iterator[None]:
     """A working folder; if an input is invalid, the empty folder is removed."""
+    check_outputs({"output": folder}, ["output"], create=True)
     made = [path for path in (folder, *folder.parents) if not os.path.exists(path)]
     make_folder(folder, "output")
     try:
@@ -217,6 +218,9 @@ def run(command: Callable[[], object]) -> None:
     """
     # with the usual 700 objects the imports start hundreds of collections, a tenth of the time of a point
     gc.set_threshold(_COLLECT)
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:  # closed by the shell: `>&-`
+            setattr(sys, name, os.fdopen(os.open(os.devnull, os.O_RDWR), mode))
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):  # a terminal without Greek letters shows question marks
             stream.reconfigure(errors="replace")
@@ -349,29 +353,44 @@ def check_suffix(path: Path, field: str, suffix: str = "") -> None:
         raise InputError(field, str(path), "a file name ending in " + " or ".join(suffixes))
 
 
-def check_outputs(outputs: Mapping[str, Path | None], **suffixes: str) -> None:
-    """Raise an `InputError` for files that cannot be written.
+def check_outputs(
+    outputs: Mapping[str, Path | None], folders: Collection[str] = (), *, create: bool = False, **suffixes: str
+) -> None:
+    """Raise an `InputError` for files that cannot be written; called before a computation.
 
     outputs: option to file; None if the option was not given.
+    folders: options of folders instead of files.
+    create: whether missing folders are created when the file is written.
     **suffixes: suffix of an option; those of pages, figures and workbooks are known.
     Raises `InputError`: a file cannot be written, or two options have the same file.
     """
     files = given(outputs)
     for field, path in files.items():
-        if field in suffixes or field in _SUFFIXES:
+        if field not in folders and (field in suffixes or field in _SUFFIXES):
             check_suffix(path, field, suffixes.get(field, ""))
-        if os.path.isdir(path):  # Path.is_dir raises an error if the name is too long
-            raise InputError(field, str(path), "a file", "This is a folder.")
-        folder = path.parent
-        if not os.path.isdir(folder):
-            raise InputError(field, str(path), "a file in a folder that exists", f"There is no folder {folder}.")
-        if len(os.fsencode(path.name)) > 255:
+        kind = "folder" if field in folders else "file"
+        if os.path.exists(path) and os.path.isdir(path) != (kind == "folder"):  # Path.is_dir may raise an error
+            raise InputError(field, str(path), f"a {kind}", f"This is a {'file' if kind == 'folder' else 'folder'}.")
+        if any(len(os.fsencode(part)) > 255 for part in path.parts):
             raise InputError(field, str(path), "a file name of at most 255 bytes")
-        if not os.access(path if os.path.exists(path) else folder, os.W_OK):
-            raise InputError(field, str(path), "a file that can be written", "Check its permissions.")
-    resolved = [path.resolve() for path in files.values()]
+        folder = path.parent
+        while create and not os.path.lexists(folder):
+            folder = folder.parent
+        if not os.path.isdir(folder):
+            raise InputError(field, str(path), "a path in a folder that exists", f"There is no folder {folder}.")
+        if os.path.exists(path) and not os.access(path, os.W_OK):
+            raise InputError(field, str(path), f"a {kind} that can be written", "Check its permissions.")
+        if os.path.lexists(path):  # a new file is made next to an old one, in an old folder
+            folder = path if kind == "folder" else Path(os.path.realpath(path)).parent
+        if not os.path.exists(path) or os.path.isfile(path) or kind == "folder":  # no device or pipe
+            try:
+                tempfile.TemporaryFile(dir=folder).close()
+            except OSError as error:
+                hint = f"Nothing can be written into {folder}: {error.strerror}."
+                raise InputError(field, str(path), f"a {kind} that can be written", hint) from None
+    resolved = [os.path.realpath(path) for field, path in files.items() if field not in folders]
     for field, path in files.items():
-        if resolved.count(path.resolve()) > 1:
+        if resolved.count(os.path.realpath(path)) > 1:
             raise InputError(field, str(path), "a different file for each option")
 
 

@@ -159,7 +159,7 @@ def dask_executor(address: str) -> Iterator[Executor]:
 
     kind, colon, count = address.partition(":")
     if kind == "local":
-        if not (colon and count.isdigit() and int(count) >= 1):
+        if not (colon and count.isdecimal() and int(count) >= 1):
             raise InputError("dask", address, "local:N with N worker processes, such as local:4")
         # no repetition by dask, because the sweep itself finds the case that crashes its worker
         with (

@@ -63,7 +63,7 @@ def granted_workers() -> int:
     granted = [int(cpu_count()), *_quotas(Path("/proc/self/cgroup"), Path("/sys/fs/cgroup"))]
     for name in ("SLURM_CPUS_PER_TASK", "SLURM_CPUS_ON_NODE", "OMP_THREAD_LIMIT"):
         value = os.environ.get(name, "")
-        if value.isdigit() and int(value) > 0:
+        if value.isdecimal() and int(value) > 0:
             granted.append(int(value))
     return min(granted)
 

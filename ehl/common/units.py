@@ -38,8 +38,11 @@ _LONGEST = 200
 _RANGE = re.compile(r"\s*([^:]{1,40}):([^:]{1,40}):\s*(\d{1,9})\s*([^\d.:][^:]{0,40}|)")
 _MAX_VALUES = 10_000  # of a range
 _POWERLESS = re.compile(r"(?<=[A-Za-z])(-?\d)")  # a power without its sign, as in m3
+# raised, lowered or circled digits that are no power of a unit: ``2² mm`` is not 22 mm
+_RAISED = re.compile(r"(?:^|[\d\s.,+-])[\u00b2\u00b3\u00b9\u2070-\u2089\u2460-\u249b]")
 _POWER, _SMALL_POWER = re.compile(r"\*\*|\^"), re.compile(r"(\*\*|\^)\s*[+-]?\d(\.\d+)?(?![\d^]|\*\*)")
 
+SMALLEST = 1e-60  # numbers below it are zero: their products underflow (SI units)
 KELVIN = 273.15  # zero of the Celsius scale [K]
 ARCSEC = math.pi / (180.0 * 3600.0)  # an arc second [rad]
 
@@ -278,6 +281,8 @@ def parse_quantity(value: object, unit: str, *, field: str = "value", bare: bool
             number, has_unit = math.inf, False
     if not math.isfinite(number):
         raise InputError(field, value, f"a finite value ({_expectation(unit)})")
+    if abs(number) < SMALLEST:
+        number = 0.0
     if unit and not has_unit and not bare:
         raise InputError(
             field,
@@ -289,7 +294,7 @@ def parse_quantity(value: object, unit: str, *, field: str = "value", bare: bool
 
 
 def _from_text(text: str, unit: str, field: str) -> tuple[float, bool]:
-    if len(text) > _LONGEST or _POWER.search(_SMALL_POWER.sub("", text)):
+    if len(text) > _LONGEST or _POWER.search(_SMALL_POWER.sub("", text)) or _RAISED.search(text):
         raise InputError(field, text, _expectation(unit), "It could not be read.")
     try:
         return float(text), False

@@ -419,5 +419,5 @@ def _item(annotation: Any, key: str) -> Any:
     if get_origin(annotation) is dict:
         return arguments[1]
     if get_origin(annotation) is tuple and ... not in arguments:
-        return arguments[int(key)] if key.isdigit() and int(key) < len(arguments) else None
+        return arguments[int(key)] if key.isdecimal() and int(key) < len(arguments) else None
     return arguments[0]

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ehl import SOLVER
-from ehl.common.errors import InputError
+from ehl.common.errors import InputError, check_count
 from ehl.common.pages import TableResult
 from ehl.common.progress import ProgressCallback
 from ehl.common.runner import checked_jobs, cluster
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 _SECONDS = ValueRange("s", gt=0.0)
+MAX_RETRIES = 100  # far more than there are fallback settings
 
 
 class Run(PathLike[str], TableResult):
@@ -247,8 +248,8 @@ def sweep(
     True
     """
     content = plan if isinstance(plan, Plan) else Plan.from_file(plan)
-    check_formula(formula)
-    part = _shard(shard)
+    check_options(formula, time_cap, retries)
+    part = checked_shard(shard)
     with cluster(dask) as executor:
         options: dict[str, Any] = {
             "evaluate": partial(published_outputs, name=formula) if formula else solve_outputs,
@@ -266,14 +267,19 @@ def sweep(
         return Run(target, (sweep_shard(content, target, part, **options),))
 
 
-def check_formula(formula: str | None) -> None:
+def check_options(formula: str | None, time_cap: float | str | None, retries: int) -> None:
+    """Raise an `InputError` for options of `sweep` outside their range."""
     if formula is not None and formula not in PUBLISHED:
         raise InputError("formula", formula, "one of " + ", ".join(sorted(PUBLISHED)))
+    check_count("retries", retries, 0, MAX_RETRIES)
+    if time_cap is not None:
+        checked_time_cap(time_cap)
 
 
-def _shard(value: tuple[int, int] | str) -> tuple[int, int]:
+def checked_shard(value: tuple[int, int] | str) -> tuple[int, int]:
+    """Number of a shard and of all shards."""
     number, _, shards = value.partition("/") if isinstance(value, str) else (str(value[0]), "/", str(value[1]))
-    if not (number.isdigit() and shards.isdigit()):
+    if not (number.isdecimal() and shards.isdecimal() and 1 <= int(number) <= int(shards)):
         raise InputError("shard", value, "i/n with 1 <= i <= n", "An example is 2/8.")
     return int(number), int(shards)
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from ehl.common.errors import InputError, check_count
 from ehl.common.runner import MAX_JOBS
 from regression.plan.plan import Plan
-from regression.sweeping.run import check_formula, checked_time_cap
+from regression.sweeping.run import check_options
 
 MAX_TASKS = 10_000
 DEFAULT_JOBS = 4  # processors of a task by default
@@ -124,9 +124,8 @@ def slurm_script(
     mixed-ehl sweep merge run -o all.h5 --complete
     """
     Plan.from_file(plan, changes)
-    check_formula(formula)
     cap = time_cap if isinstance(time_cap, str) else f"{time_cap:g} s"
-    checked_time_cap(cap)
+    check_options(formula, cap, retries)
     jobs = DEFAULT_JOBS if jobs is None else jobs
     for name, value, most in (("jobs", jobs, MAX_JOBS), ("tasks", tasks, MAX_TASKS)):
         check_count(name, value, 1, most)

@@ -117,6 +117,10 @@ def test_stopped_commands(mixed_ehl: Cli, monkeypatch: pytest.MonkeyPatch, tmp_p
     swept = mixed_ehl("sweep", "demo", "-o", tmp_path / "run")
     assert swept.code == 130
     assert str(tmp_path / "run") in swept.err
+    monkeypatch.setattr("efficiency.optimise", stop)
+    for fresh in ((), ("--fresh",)):  # which would delete what is kept
+        searched = mixed_ehl("optimise", "fh_hypoid_9x34", "-o", tmp_path / "search", *fresh)
+        assert (searched.code, "without --fresh" in searched.err) == (130, bool(fresh))
 
 
 STARTED = """

@@ -9,6 +9,7 @@ import sys
 import tracemalloc
 import zipfile
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -412,6 +413,65 @@ def test_a_full_device_is_one_sentence(command: tuple[str, ...]) -> None:
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no full device here")
 def test_a_file_on_a_full_device_is_one_sentence(mixed_ehl: Cli) -> None:
     refused(mixed_ehl("export", "75w90", "-o", "/dev/full"))
+
+
+@pytest.mark.parametrize("closed", [(), (0,), (1,), (0, 1, 2)], ids=str)
+def test_files_are_written_whatever_becomes_of_standard_output(closed: tuple[int, ...], tmp_path: Path) -> None:
+    """Its reader has gone, or the shell has closed streams."""
+    page = tmp_path / "page.html"
+    command = [*MAIN, "solve", str(case(tmp_path, CONTACT)), "--report", str(page)]
+    shut = partial(os.closerange, min(closed), max(closed) + 1) if closed else None
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, preexec_fn=shut) as run:
+        assert run.stdout is not None
+        run.stdout.close()
+        assert run.wait() == (0 if 1 in closed else 1)
+    assert page.read_text(encoding="utf-8").rstrip().endswith("</html>")
+
+
+DESIGN = "fm_spiral_bevel_14x39"
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("gear", DESIGN, "--save-load"),
+        *((name, DESIGN, option) for name in ("gear", "map", "compare") for option in ("--report", "--xlsx", "--csv")),
+        ("geometry", DESIGN, "--plot"),
+        ("misalignment", DESIGN, "--csv"),
+        ("loss-map", DESIGN, "--torque", "1:9:3 N m", "--speed", "1:9:3 rpm", "--model"),
+        ("axle", "truck_hypoid", "--report"),
+        ("blank", "fm_hypoid_10x41", "--xlsx"),
+        ("settings", "fh_hypoid_9x34", "--sized", "-o"),
+        ("import", "sheet.csv", "-o"),
+        ("correct", DESIGN, "grid.csv", "-o"),
+        ("plan", DESIGN, "--duty", "duty.csv", "-o"),
+        ("export", DESIGN, "-o"),
+        ("study", DESIGN, "-o"),
+        ("optimise", "fh_hypoid_9x34", "-o"),
+        ("sweep", "merge", "gear_fva3", "-o"),
+    ],
+    ids=" ".join,
+)
+def test_outputs_are_checked_before_anything_is_computed(
+    command: tuple[str, ...], mixed_ehl: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A path below a file, and a folder, or file, in place of the other."""
+
+    def begun(*_: object, **__: object) -> None:
+        raise AssertionError
+
+    for name in ("efficiency.load", "efficiency.Axle", "efficiency.blank", "efficiency.sized_for_load"):
+        monkeypatch.setattr(name, begun)
+    for name in ("efficiency.import_design", "efficiency.machine_corrections", "efficiency.study", "regression.Run"):
+        monkeypatch.setattr(name, begun)
+    monkeypatch.setattr("efficiency.optimise", begun)
+    option = command[-1].lstrip("-")
+    suffix = {"report": ".html", "xlsx": ".xlsx", "model": ".vtlm"}.get(option, ".toml" if command[0] == "plan" else "")
+    (tmp_path / "file").write_text("")
+    (tmp_path / f"folder{suffix}").mkdir()
+    folders = option in ("csv", "plot") or command[0] in ("export", "study", "optimise")
+    for path in (tmp_path / "file" / f"below{suffix}", tmp_path / ("file" if folders else f"folder{suffix}")):
+        refused(mixed_ehl(*command, path))
 
 
 def test_a_reader_that_stops_reading_is_no_fault() -> None:

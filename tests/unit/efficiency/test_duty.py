@@ -1,6 +1,7 @@
 """`mixed-ehl plan`: designs and a duty cycle become the plan of a sweep."""
 
 import json
+import math
 from collections.abc import Callable
 from functools import cache, partialmethod
 from pathlib import Path
@@ -59,6 +60,9 @@ def test_a_recording_of_a_vehicle(mixed_ehl: Callable[..., Any], tmp_path: Path)
     assert [row.speed for row in rows] == pytest.approx([10.0 / 0.32 * 39 / 14, 20.0 / 0.32 * 39 / 14])
     assert [row.hours * 3600.0 for row in rows] == pytest.approx([1.0, 3.0])
     assert rows[0].temperature == pytest.approx(353.15)
+    for name, value in (("ratio", math.nan), ("tyre_radius", "0 m"), ("temperature", "1e300 degC")):
+        with refuses(name):  # also where the file does not need it
+            read_duty(path, **{"tyre_radius": "0.32 m", "ratio": 2.0, "temperature": "80 C"} | {name: value})
     with refuses("tyre_radius"):
         read_duty(path, ratio=2.0, temperature=353.0)
     outcome = mixed_ehl("duty", DESIGN, path, "--tyre-radius", "0.32 m", "--json")

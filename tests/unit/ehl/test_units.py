@@ -12,7 +12,7 @@ from refusals import refuses
 
 from ehl.common.errors import InputError
 from ehl.common.quantities import axis_label, format_number, quantities, quantity, si_unit, to_display
-from ehl.common.units import ARCSEC, KELVIN, UNITS, ValueRange, _registry, parse_quantity, spellings
+from ehl.common.units import ARCSEC, KELVIN, SMALLEST, UNITS, ValueRange, _registry, parse_quantity, spellings
 
 # every way in which engineers write a value: unit of the field, number that it means or "refused", texts
 _LINES = (Path(__file__).parents[3] / "docs" / "spellings.tsv").read_text(encoding="utf-8").splitlines()[1:]
@@ -67,7 +67,17 @@ def test_spaces_and_signs_of_products_do_not_matter(unit: str, value: float, dat
 
 @given(st.floats(-1e6, 1e6))
 def test_number_and_its_text_agree(value: float) -> None:
-    assert parse_quantity(f"{value!r} MPa", "Pa") == pytest.approx(value * 1e6, rel=1e-12)
+    assert parse_quantity(f"{value!r} MPa", "Pa") == pytest.approx(value * 1e6, rel=1e-12, abs=SMALLEST)
+
+
+def test_digits_that_are_no_number_and_numbers_too_small() -> None:
+    for text in ("2² mm", "² mm", "1₂ mm", "① mm", "-³ mm", "1.² mm", "0x10 mm", "1_0 mm"):
+        with refuses("length"):
+            parse_quantity(text, "m", field="length")
+    assert parse_quantity("3 N/mm²", "Pa") == pytest.approx(3e6)
+    assert parse_quantity("1e-320 mm", "m") == parse_quantity(-1e-61, "m") == 0.0
+    with refuses("torque"):
+        ValueRange("N*m", gt=0.0).check("1e-320 N m", "torque")
 
 
 def test_units_that_pint_alone_reads() -> None:

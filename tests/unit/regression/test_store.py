@@ -281,8 +281,8 @@ def test_a_sign_of_a_writer_that_cannot_be_made_is_refused(
 ) -> None:
     shown = path.with_name(f"{path.name}.writer")
     if kind == "refused":
-        opened = os.open
-        monkeypatch.setattr(os, "open", lambda name, *how: opened("/nowhere/x" if name == shown else name, *how))
+        opened, none = os.open, path.parent / "none" / "x"
+        monkeypatch.setattr(os, "open", lambda name, *how: opened(none if name == shown else name, *how))
     else:
         shown.mkdir() if kind == "folder" else shown.symlink_to("nowhere")
         os.utime(shown, (0.0, 0.0), follow_symlinks=False)
