@@ -265,7 +265,10 @@ def superfinished() -> list[Row]:
             viscosity_inlet=viscosity, pressure_viscosity=alpha, temperature_oil=90.0 + KELVIN, pressure_hertz=1e9,
             radius_equivalent=15e-3, speed_entrainment=speed, slide_to_roll=0.3, accuracy="fast",
         )  # fmt: skip
-        ground, fine = (solved(contact.replace(roughness_rms_1=rq, roughness_rms_2=rq)) for rq in finishes)
+        ground, fine = (
+            solved(contact.replace(roughness_rms_1=rq, roughness_rms_2=rq, **waves(name)))
+            for rq, name in zip(finishes, ("ground", "superfinished"), strict=True)
+        )
         ratios.append(fine.friction_coefficient / ground.friction_coefficient)
         films.append(ground.film_ratio)
     remark = f"Rq 0.50 and 0.06 um, 1 GPa, 90 degC, 5 and 15 m/s, slip 0.3; film ratio as ground {films[0]:.2f}, "
@@ -273,6 +276,15 @@ def superfinished() -> list[Row]:
         Row("finish", "superfinished/ground", "", given["friction_ratio"], given["friction_ratio"],
             *spread(ratios), given["mark"], remark + f"{films[1]:.2f}; loads and speeds of the rig not readable")
     ]  # fmt: skip
+
+
+def waves(name: str) -> dict[str, float]:
+    """Correlation length, lay and skewness of a finish that has run in."""
+    card = ehl.Finish.load(name, "run_in")
+    return {
+        "correlation_length": card.correlation_length.value, "peklenik_number": card.lay_ratio.value,
+        "skewness": card.skewness.value,
+    }  # fmt: skip
 
 
 def thick_film() -> list[Row]:
@@ -283,8 +295,8 @@ def thick_film() -> list[Row]:
         slide_to_roll=0.2, accuracy="fast",
     )  # fmt: skip
     film = solved(contact).film_central
-    rough = solved(contact.replace(roughness_rms=film / given["film_ratio"]))
-    fine = solved(contact.replace(roughness_rms=film / given["film_ratio"] / 5.0))
+    rough = solved(contact.replace(roughness_rms=film / given["film_ratio"], **waves("ground")))
+    fine = solved(contact.replace(roughness_rms=film / given["film_ratio"] / 5.0, **waves("superfinished")))
     ratio = fine.friction_coefficient / rough.friction_coefficient
     return [
         Row("finish", "finer/ground finish at film ratio 2", "", given["friction_ratio"], given["friction_ratio"],
