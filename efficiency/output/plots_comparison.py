@@ -13,7 +13,7 @@ from efficiency.loss.power_loss import FACES, HEIGHTS, friction_along_mesh
 from efficiency.output.tables import operating_state
 from ehl.common.arrays import FloatArray
 from ehl.common.data import reason_text
-from ehl.common.figures import BLUE, GREY, ORANGE, axes_or_new, figure_of, new_figure
+from ehl.common.figures import BLUE, GREY, ORANGE, axes_or_new, figure_of, new_figure, panels
 from ehl.common.quantities import typeset_units
 
 if TYPE_CHECKING:
@@ -103,13 +103,11 @@ def _along(comparison: Comparison, values: list[FloatArray], label: str) -> Figu
 def plot_loss_by_region(comparison: Comparison) -> Figure:
     """Share of the sliding loss by thirds of the gear flank, one panel for each friction model."""
     rows = [row for row in comparison.rows if row.loss_regions]
-    columns = min(3, len(rows))
-    lines = -(-len(rows) // 3)
-    figure = new_figure(0.9 + 3.0 * columns, 0.5 + 1.9 * lines)
-    panels = figure.subplots(lines, columns, squeeze=False, sharey=True)
+    all_axes = panels(len(rows), 3, (0.9, 0.5), (3.0, 1.9), sharey=True)
+    figure = figure_of(all_axes[0])
     top = 100.0 * max((float(np.nanmax(row.loss_regions)) for row in rows), default=1.0)
     shown = None
-    for axes, row in zip(panels.ravel(), rows, strict=False):
+    for axes, row in zip(all_axes, rows, strict=True):
         shares = 100.0 * np.array(row.loss_regions)
         shown = axes.imshow(shares, origin="lower", cmap="Oranges", vmin=0.0, vmax=top, aspect="auto")
         for (height, face), share in np.ndenumerate(shares):
@@ -120,10 +118,8 @@ def plot_loss_by_region(comparison: Comparison) -> Figure:
         axes.set_xticks(range(3), FACES, fontsize=8)
         axes.set_yticks(range(3), HEIGHTS, fontsize=8)
         axes.set_title(row.label, fontsize=8)
-    for axes in panels.ravel()[len(rows) :]:
-        axes.set_axis_off()
     if shown is not None:
-        figure.colorbar(shown, ax=panels.ravel().tolist(), label="share of the sliding loss [%]")
+        figure.colorbar(shown, ax=figure.axes, label="share of the sliding loss [%]")
     figure.supxlabel("third of the gear face", fontsize=9)
     figure.supylabel("third of the gear height", fontsize=9)
     return figure

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib import colormaps
@@ -18,7 +18,7 @@ from efficiency.output.notes import outside_note
 from efficiency.output.tables import percent
 from efficiency.studies.parameter_study import StudyPoint, level_quantity
 from ehl.common.data import reason_text
-from ehl.common.figures import BLUE, GREY, ORANGE, axes_or_new, new_figure
+from ehl.common.figures import BLUE, GREY, ORANGE, axes_or_new, new_figure, panels
 from ehl.common.notes import Note
 from ehl.common.quantities import quantities, to_display, typeset_units
 from ehl.common.sections import Head, Item, KeyFigures, MainResult, Medium, Notes, Picture, Section, Text
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from efficiency.studies.parameter_study import Study, StudyPoint
+    from efficiency.studies.parameter_study import Study
 
 
 _MARKERS = "os^vD<>P"
@@ -68,7 +68,7 @@ def study_figures(study: Study) -> Iterator[Picture]:
     if any(study.levels.shifts()):
         caption = f"One misalignment at a time, added to that of the design; {reference_text(study)}."
         yield picture("misalignment", caption, misalignment_figure)
-    yield picture("influence", "Range of the efficiency over the levels of each single parameter.", influence_figure)
+    yield picture("influence", "Range of the efficiency over the levels of each single parameter.", plot_study)
     if causes_of(study):
         caption = (
             "Half width of the 90 % interval of the efficiency at the reference from each single cause. Measuring the "
@@ -80,55 +80,47 @@ def study_figures(study: Study) -> Iterator[Picture]:
 def crossed_figure(study: Study, along: str, lines: str) -> Figure:
     """Efficiency along one parameter, one line for each value of another, one panel for each design."""
     figure = new_figure(1.6 + 4.2 * len(study.designs), 3.9)
-    panels = np.atleast_1d(figure.subplots(1, len(study.designs), sharey=True))
+    all_axes = np.atleast_1d(figure.subplots(1, len(study.designs), sharey=True))
     levels = getattr(study.levels, lines)
     shades = colormaps["viridis"](np.linspace(0.05, 0.85, max(len(levels), 2)))
-    for axes, design in zip(panels, study.designs, strict=True):
+    for axes, design in zip(all_axes, study.designs, strict=True):
         for number, level in enumerate(levels):
             points = study.section(design, along, **{lines: level})
             label = typeset_units(level_quantity(lines).text(level))
-            _line(axes, points, along, colour=shades[number], marker=_MARKERS[number % 8], label=label)
+            _line(axes, points, along, color=shades[number], marker=_MARKERS[number % 8], label=label)
         axes.set(xlabel=level_quantity(along).axis_label, title=f"{design}\n{reference_text(study, along, lines)}")
         axes.title.set_fontsize(9)
         axes.grid(alpha=0.3)
-    panels[0].set_ylabel("mesh efficiency [%]")
+    all_axes[0].set_ylabel("mesh efficiency [%]")
     place = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)}
-    panels[-1].legend(title=level_quantity(lines).label, fontsize=8, title_fontsize=8, frameon=False, **place)
+    all_axes[-1].legend(title=level_quantity(lines).label, fontsize=8, title_fontsize=8, frameon=False, **place)
     return figure
 
 
-def designs_figure(study: Study) -> Figure:
+def designs_figure(study: Study) -> Axes:
     """Efficiency over each operating parameter with all designs in one panel; the band is the interval of the model."""
     names = [name for name in study.varied if name in study.reference]
-    columns = min(len(names), 2)
-    rows = -(-len(names) // 2)
-    figure = new_figure(1.0 + 4.6 * columns, 0.6 + 3.2 * rows)
-    panels = figure.subplots(rows, columns, sharey=True, squeeze=False)
-    for axes, name in zip(panels.ravel(), names, strict=False):
+    all_axes = panels(len(names), 2, (1.0, 0.6), (4.6, 3.2), sharey=True)
+    for place, (axes, name) in enumerate(zip(all_axes, names, strict=True)):
         for number, design in enumerate(study.designs):
-            points, colour = study.section(design, name), _colour(number)
+            points = study.section(design, name)
             x = [level_quantity(name).to_display(getattr(point, name)) for point in points]
-            low, high = (
-                np.array([100.0 * getattr(point, bound) for point in points], dtype=float)
-                for bound in ("efficiency_lower", "efficiency_upper")
-            )
-            axes.fill_between(x, low, high, color=colour, alpha=0.15, lw=0.0)
-            _line(axes, points, name, colour=colour, marker=_MARKERS[number % 8], label=_design_text(study, design))
+            ends = ([100.0 * getattr(point, f"efficiency_{end}") for point in points] for end in ("lower", "upper"))
+            axes.fill_between(x, *ends, color=_colour(number), alpha=0.15, lw=0.0)
+            _line(axes, points, name, **_style(study, number))
         axes.set(xlabel=level_quantity(name).axis_label, title=f"at {reference_text(study, name)}")
         axes.title.set_fontsize(9)
         axes.grid(alpha=0.3)
-    for axes in panels.ravel()[len(names) :]:
-        axes.set_axis_off()
-    for row in panels:
-        row[0].set_ylabel("mesh efficiency [%]")
-    panels[0, 0].legend(fontsize=8, frameon=False)
-    return figure
+        if place % 2 == 0:
+            axes.set_ylabel("mesh efficiency [%]")
+    all_axes[0].legend(fontsize=8, frameon=False)
+    return all_axes[0]
 
 
 def offset_figure(study: Study) -> Figure:
     """Efficiency and mean friction coefficient over the hypoid offset of the designs, one line for each torque."""
     figure = new_figure(9.4, 3.9)
-    panels = figure.subplots(1, 2)
+    left, right = figure.subplots(1, 2)
     ordered = sorted(study.designs, key=lambda design: study.reference_point(design).hypoid_offset)
     shades = colormaps["viridis"](np.linspace(0.05, 0.85, max(len(study.levels.torque), 2)))
     for number, torque in enumerate(study.levels.torque):
@@ -137,14 +129,12 @@ def offset_figure(study: Study) -> Figure:
         ]
         x = [level_quantity("hypoid_offset").to_display(point.hypoid_offset) for point in points]
         style = {"color": shades[number], "marker": _MARKERS[number % 8], "ms": 4, "lw": 1.3}
-        panels[0].plot(x, [100.0 * p.efficiency for p in points], label=level_quantity("torque").text(torque), **style)
-        panels[1].plot(x, [p.friction_coefficient_mean for p in points], **style)
-    panels[0].set(ylabel="mesh efficiency [%]")
-    panels[1].set(ylabel="mean friction coefficient [-]")
-    for axes in panels:
-        axes.set(xlabel=level_quantity("hypoid_offset").axis_label)
+        left.plot(x, [100.0 * p.efficiency for p in points], label=level_quantity("torque").text(torque), **style)
+        right.plot(x, [p.friction_coefficient_mean for p in points], **style)
+    for axes, label in ((left, "mesh efficiency [%]"), (right, "mean friction coefficient [-]")):
+        axes.set(xlabel=level_quantity("hypoid_offset").axis_label, ylabel=label)
         axes.grid(alpha=0.3)
-    panels[0].legend(title="pinion torque", fontsize=8, title_fontsize=8, frameon=False)
+    left.legend(title="pinion torque", fontsize=8, title_fontsize=8, frameon=False)
     figure.suptitle(f"at {reference_text(study, 'torque')}", fontsize=10)
     return figure
 
@@ -153,42 +143,50 @@ def misalignment_figure(study: Study) -> Figure:
     """Efficiency (top) and maximum pressure (bottom) over each misalignment, all designs in one panel."""
     names = [name for name in study.varied if name not in study.reference]
     figure = new_figure(1.0 + 3.1 * len(names), 5.4)
-    panels = figure.subplots(2, len(names), sharey="row", squeeze=False)
+    grid = figure.subplots(2, len(names), sharey="row", squeeze=False)
     for column, name in enumerate(names):
         for number, design in enumerate(study.designs):
             points = study.section(design, name)
-            colour, marker, label = _colour(number), _MARKERS[number % 8], _design_text(study, design)
-            _line(panels[0, column], points, name, colour=colour, marker=marker, label=label)
-            _line(
-                panels[1, column], points, name, colour=colour, marker=marker, label=label, value="pressure_hertz_max"
-            )
-        panels[1, column].set_xlabel(level_quantity(name).axis_label.replace(" [", "\n["))
-        for row in panels:
-            row[column].axvline(0.0, color=GREY, lw=0.7)
-            row[column].grid(alpha=0.3)
-    panels[0, 0].set_ylabel("mesh efficiency [%]")
-    panels[1, 0].set_ylabel("maximum Hertz pressure [GPa]")
-    panels[0, 0].legend(fontsize=7, frameon=False)
+            for axes, value in zip(grid[:, column], ("efficiency", "pressure_hertz_max"), strict=True):
+                _line(axes, points, name, value, **_style(study, number))
+        grid[1, column].set_xlabel(level_quantity(name).axis_label.replace(" [", "\n["))
+        for axes in grid[:, column]:
+            axes.axvline(0.0, color=GREY, lw=0.7)
+            axes.grid(alpha=0.3)
+    grid[0, 0].set_ylabel("mesh efficiency [%]")
+    grid[1, 0].set_ylabel("maximum Hertz pressure [GPa]")
+    grid[0, 0].legend(fontsize=7, frameon=False)
     return figure
 
 
-def influence_figure(study: Study, ax: Axes | None = None) -> Axes:
+def plot_study(study: Study, ax: Axes | None = None) -> Axes:
     """Range of the efficiency over each single parameter, one bar per parameter and design; a line at the reference."""
     names = study.varied or ["torque"]
-    count = len(study.designs)
-    axes = axes_or_new(ax, 7.6, 1.1 + 0.34 * len(names) * count + 0.2 * len(names))
-    for number, design in enumerate(study.designs):
-        bounds = [study.influence(design, name) for name in names]
-        low, high = (np.array([100.0 * bound[side] for bound in bounds]) for side in (0, 1))
-        place = np.arange(len(names))[::-1] + 0.8 * (0.5 - (number + 0.5) / count)
-        # bars of zero length would be invisible
-        length, label = np.maximum(high - low, 0.004), _design_text(study, design)
-        axes.barh(place, length, left=low, height=0.72 / count, color=_colour(number), label=label)
-        axes.axvline(100.0 * study.reference_point(design).efficiency, color=_colour(number), lw=0.9, ls="--")
     labels = [f"{level_quantity(name).label}\n{span_text(study, name)}" for name in names]
-    axes.set_yticks(np.arange(len(names))[::-1], labels, fontsize=8)
+    ranges: dict[str, list[tuple[float, float]]] = {}  # bars of zero length would be invisible
+    for design in study.designs:
+        ends = (study.influence(design, name) for name in names)
+        ranges[design] = [(100.0 * low, max(100.0 * (high - low), 0.004)) for low, high in ends]
+    axes = _bars(study, labels, ranges, ax)
+    for number, design in enumerate(study.designs):
+        axes.axvline(100.0 * study.reference_point(design).efficiency, color=_colour(number), lw=0.9, ls="--")
+    axes.tick_params(axis="y", labelsize=8)
     axes.margins(x=0.04)
     axes.set_xlabel("mesh efficiency [%]; dashed: reference")
+    return axes
+
+
+def _bars(
+    study: Study, labels: Sequence[str], bars: Mapping[str, Sequence[tuple[float, float]]], ax: Axes | None = None
+) -> Axes:
+    """Horizontal bars, one for each label and design: `bars` has start and length by design."""
+    count, rows = len(study.designs), np.arange(len(labels))[::-1]
+    axes = axes_or_new(ax, 7.6, 1.1 + 0.34 * len(labels) * count + 0.2 * len(labels))
+    for number, design in enumerate(study.designs):
+        start, length = np.array(bars[design]).T
+        style = {"color": _colour(number), "label": _design_text(study, design)}
+        axes.barh(rows + 0.8 * (0.5 - (number + 0.5) / count), length, left=start, height=0.72 / count, **style)
+    axes.set_yticks(rows, labels)
     axes.grid(axis="x", alpha=0.3)
     axes.legend(fontsize=8, frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=max(1, min(count, 3)))
     return axes
@@ -204,21 +202,13 @@ def causes_of(study: Study) -> list[str]:
     return sorted(largest, key=lambda cause: -largest[cause])
 
 
-def causes_figure(study: Study) -> Figure:
+def causes_figure(study: Study) -> Axes:
     """Half width of the interval of the efficiency, one bar per cause of uncertainty and design."""
-    causes, count = causes_of(study), len(study.designs)
-    figure = new_figure(7.6, 1.1 + 0.34 * len(causes) * count + 0.2 * len(causes))
-    axes = figure.add_subplot()
-    for number, design in enumerate(study.designs):
-        found = study.reference_point(design).causes
-        place = np.arange(len(causes))[::-1] + 0.8 * (0.5 - (number + 0.5) / count)
-        values = [100.0 * found.get(cause, 0.0) for cause in causes]
-        axes.barh(place, values, height=0.72 / count, color=_colour(number), label=_design_text(study, design))
-    axes.set_yticks(np.arange(len(causes))[::-1], causes)
+    causes, points = causes_of(study), [study.reference_point(design) for design in study.designs]
+    bars = {p.design: [(0.0, 100.0 * p.causes.get(cause, 0.0)) for cause in causes] for p in points}
+    axes = _bars(study, causes, bars)
     axes.set_xlabel(f"half width of the mesh efficiency [% points] at {reference_text(study)}")
-    axes.grid(axis="x", alpha=0.3)
-    axes.legend(fontsize=8, frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=max(1, min(count, 3)))
-    return figure
+    return axes
 
 
 def span_text(study: Study, name: str) -> str:
@@ -236,20 +226,16 @@ def _colour(number: int) -> str | tuple[float, ...]:
     return fixed[number] if number < len(fixed) else tuple(colormaps["tab10"](number % 10))
 
 
-def _line(
-    axes: Axes,
-    points: list[StudyPoint],
-    along: str,
-    *,
-    colour: str | tuple[float, ...] | np.ndarray,
-    marker: str,
-    label: str,
-    value: str = "efficiency",
-) -> None:
+def _style(study: Study, number: int) -> dict[str, Any]:
+    """Colour, marker and label of a design."""
+    label = _design_text(study, study.designs[number])
+    return {"color": _colour(number), "marker": _MARKERS[number % 8], "label": label}
+
+
+def _line(axes: Axes, points: list[StudyPoint], along: str, value: str = "efficiency", **style: Any) -> None:
     """One line with gaps at failed points."""
     x = [level_quantity(along).to_display(getattr(point, along)) for point in points]
-    y = [to_display(value, getattr(point, value)) for point in points]
-    axes.plot(x, y, color=colour, marker=marker, ms=4, lw=1.3, label=label)
+    axes.plot(x, [to_display(value, getattr(point, value)) for point in points], ms=4, lw=1.3, **style)
 
 
 _FAILED_SHOWN = 40
@@ -356,11 +342,6 @@ def study_sections(study: Study, medium: Medium) -> list[Section]:
         Section("Sections through the reference", cuts),
         Section("Method", _computed(study)),
     ]
-
-
-def plot_study(study: Study, ax: Axes | None) -> Axes:
-    """Range of the efficiency over each single parameter."""
-    return influence_figure(study, ax)
 
 
 def causes_table(study: Study) -> Table:

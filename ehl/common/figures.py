@@ -76,6 +76,18 @@ def axes_or_new(ax: Axes | None, width: float = 7.0, height: float = 4.2) -> Axe
     return new_figure(width, height).add_subplot() if ax is None else ax
 
 
+def panels(
+    count: int, columns: int, margin: tuple[float, float], each: tuple[float, float], *, dpi: int = 100, **shared: bool
+) -> list[Axes]:
+    """Axes of a figure with `count` panels, up to `columns` in a row, of a size `each` within a `margin` [inch]."""
+    across, down = min(columns, count), -(-count // columns)
+    figure = new_figure(margin[0] + across * each[0], margin[1] + down * each[1], dpi=dpi)
+    found = figure.subplots(down, across, squeeze=False, **shared).ravel()
+    for spare in found[count:]:
+        spare.set_axis_off()
+    return list(found[:count])
+
+
 def printable(figure: Figure) -> None:
     """Prepare the texts of a figure for printing: names given by users are not mathematics, and long texts are wrapped.
 

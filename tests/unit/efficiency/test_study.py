@@ -24,8 +24,8 @@ from efficiency.studies.report import (
     causes_of,
     causes_table,
     designs_figure,
-    influence_figure,
     influence_table,
+    plot_study,
     section_table,
     study_figures,
     study_tables,
@@ -201,7 +201,7 @@ def test_strength_of_each_point_where_it_is_asked_for(study: Study, designs: lis
 def test_bars_of_the_uncertainty_are_those_of_the_reference(study: Study) -> None:
     causes = causes_of(study)
     first = study.reference_point(study.designs[0]).causes
-    bars = causes_figure(study).axes[0].patches[: len(causes)]
+    bars = causes_figure(study).patches[: len(causes)]
     np.testing.assert_allclose([bar.get_width() for bar in bars], [100.0 * first[name] for name in causes])  # type: ignore[attr-defined]
     assert [row[0] for row in causes_table(study).rows] == causes
     # causes add as squares to about the interval
@@ -211,7 +211,7 @@ def test_bars_of_the_uncertainty_are_those_of_the_reference(study: Study) -> Non
 
 
 def test_figures_show_the_sections(study: Study) -> None:
-    axes = designs_figure(study).axes[1]
+    axes = designs_figure(study).figure.axes[1]
     assert axes.get_xlabel() == "pinion speed [rpm]"
     points = study.section("fh_hypoid_9x34", "speed")
     np.testing.assert_allclose(np.asarray(axes.lines[0].get_ydata()), [100.0 * p.efficiency for p in points])
@@ -222,7 +222,7 @@ def test_figures_show_the_sections(study: Study) -> None:
         assert labels, name
         assert all("[" in label and "]" in label for label in labels), name
         assert picture.caption.endswith(".")
-    bars = influence_figure(study).patches
+    bars = plot_study(study).patches
     low, high = study.influence("fh_hypoid_9x34", "torque")
     assert bars[0].get_x() == pytest.approx(100.0 * low)  # type: ignore[attr-defined]
     assert bars[0].get_width() == pytest.approx(100.0 * (high - low))  # type: ignore[attr-defined]
