@@ -24,7 +24,7 @@ from efficiency.contact.grid_flank import PointGrid
 from efficiency.contact.measured_flank import MeasuredFlank, measured_flank
 from efficiency.cutting.flank import Flank
 from efficiency.design.design import load_design
-from efficiency.output.inspection_grid import inspection_grid
+from efficiency.output.files import inspection_grid
 from ehl.common.quantities import to_display
 
 FloatArray = NDArray[np.float64]

@@ -1,23 +1,279 @@
-"""Report sections of a misalignment study."""
+"""Report sections and figures of a misalignment study."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from matplotlib import colormaps
+
+from efficiency.contact.flank_pair import FlankPair, flank_pair
 from efficiency.design.design import MISALIGNMENTS
 from efficiency.geometry.misalignment import LOADED
 from efficiency.ltca.limits import EDGE_LIMIT
-from efficiency.output.plots_misalignment import misalignment_figures, misalignment_quantity, plot_misalignment
+from efficiency.output.plots_geometry import flank_axes, flank_figure
+from ehl.common.arrays import FloatArray
 from ehl.common.data import reason_text
-from ehl.common.quantities import quantity
-from ehl.common.sections import Folded, Head, Item, Medium, Row, Section
+from ehl.common.errors import ConvergenceError
+from ehl.common.figures import BLUE, GREY, ORANGE, figure_of, new_figure, panels
+from ehl.common.quantities import Quantity, axis_label, quantity, to_display, typeset_units
+from ehl.common.sections import Folded, Head, Item, Medium, Picture, Row, Section
 from ehl.common.table import Column, Table
+from ehl.common.units import ARCSEC
 
 if TYPE_CHECKING:
-    from efficiency.geometry.misalignment import MisalignmentGrid, MisalignmentStudy
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
-__all__ = ["misalignment_sections", "plot_misalignment"]
+    from efficiency.contact.flank_pair import ContactPattern
+    from efficiency.design.design import Design
+    from efficiency.geometry.misalignment import MisalignmentGrid, MisalignmentPoint, MisalignmentStudy
+
+
+_PATTERNS = 7
+_DISTRIBUTED = ("peak_to_peak", *LOADED)
+
+
+def misalignment_quantity(name: str) -> Quantity:
+    """Quantity of one of `MISALIGNMENTS`."""
+    return quantity(f"misalignment.{name}")
+
+
+def section_points(study: MisalignmentStudy, name: str) -> tuple[FloatArray, list[MisalignmentPoint]]:
+    """Values of one misalignment in the displayed unit, and its states with all others nearest to zero."""
+    others = {other: min(getattr(study, other), key=abs) for other in MISALIGNMENTS if other != name}
+    chosen = [p for p in study.points if all(getattr(p, other) == value for other, value in others.items())]
+    chosen.sort(key=lambda point: float(getattr(point, name)))
+    values = np.array([getattr(point, name) for point in chosen])
+    return np.asarray(misalignment_quantity(name).to_display(values)), chosen
+
+
+_STYLES: tuple[dict[str, Any], ...] = ({"marker": "o", "ms": 4}, {"marker": ".", "ls": "--"})
+# panels of a section without load: title, label, and (field, factor, text) of its first and second line
+_SECTIONS = (
+    ("unloaded transmission error", "TE, peak to peak [arcsec]", [("peak_to_peak", 1.0 / ARCSEC, "")]),
+    (
+        "position of the contact",
+        "along the gear face [mm]",
+        [("error_maximum_u", 1e3, ", highest point of the TE"), ("pattern_u", 1e3, ", centre of the pattern")],
+    ),
+    (
+        "size of the pattern",
+        "of the gear [%]",
+        [("pattern_length", 100.0, ", length / face width"), ("pattern_area", 100.0, ", area share")],
+    ),
+)
+
+
+def section_figure(studies: Sequence[MisalignmentStudy]) -> Figure:
+    """One row per varied misalignment: transmission error, position along the face, size of the pattern."""
+    names = studies[0].varied or ["E"]
+    figure = new_figure(11.0, 0.9 + 2.7 * len(names))
+    grid = figure.subplots(len(names), 3, squeeze=False)
+    for row, name in zip(grid, names, strict=True):
+        for study, colour in zip(studies, (BLUE, ORANGE), strict=False):
+            values, points = section_points(study, name)
+            for axes, (_, _, lines) in zip(row, _SECTIONS, strict=True):
+                for (field, factor, text), style in zip(lines, _STYLES, strict=False):
+                    y = factor * np.array([getattr(point, field) for point in points])
+                    axes.plot(values, y, color=colour, label=study.side + text, **style)
+            edge = [point.status == "edge contact" for point in points]
+            if any(edge):
+                error = np.array([point.peak_to_peak for point in points]) / ARCSEC
+                label = f"{study.side}, edge contact"
+                row[0].plot(values[edge], error[edge], "x", color="k", ms=7, label=label)
+        for axes, (_, label, _) in zip(row, _SECTIONS, strict=True):
+            axes.set(xlabel=misalignment_quantity(name).axis_label, ylabel=label)
+            axes.grid(alpha=0.3)
+        for axes in (row[0], row[2]):
+            axes.set_ylim(0.0, 1.05 * axes.get_ylim()[1])
+    for axes, (title, _, _) in zip(grid[0], _SECTIONS, strict=True):
+        axes.set_title(title, fontsize=10)
+        axes.legend(fontsize=7, framealpha=0.6)
+    others = "" if len(names) == 1 else "; each with the others nearest to zero"
+    marking = f"marking {1e6 * studies[0].marking:.4g} µm"
+    figure.suptitle(f"{studies[0].design}: misalignments, {marking}{others}", fontsize=11)
+    return figure
+
+
+def loaded_figure(studies: Sequence[MisalignmentStudy]) -> Figure:
+    """One row per varied misalignment: transmission error, pressure, edge load and efficiency at the torque."""
+    names = studies[0].varied or ["E"]
+    fields = ("transmission_error_loaded", "pressure_hertz_max", "edge_load_share", "efficiency")
+    figure = new_figure(13.0, 0.9 + 2.7 * len(names))
+    grid = figure.subplots(len(names), len(fields), squeeze=False)
+    for row, name in zip(grid, names, strict=True):
+        for axes, field in zip(row, fields, strict=True):
+            for study, colour in zip(studies, (BLUE, ORANGE), strict=False):
+                values, points = section_points(study, name)
+                shown = to_display(field, np.array([getattr(point, field) for point in points]))
+                axes.plot(values, shown, color=colour, marker="o", ms=4, label=study.side)
+            axes.set(xlabel=misalignment_quantity(name).axis_label, ylabel=axis_label(field))
+            axes.grid(alpha=0.3)
+            axes.ticklabel_format(axis="y", useOffset=False)
+    grid[0][0].legend(fontsize=7, framealpha=0.6)
+    torque = quantity("torque").text(studies[0].torque or 0.0)
+    figure.suptitle(f"{studies[0].design}: misalignments at {torque} of the pinion", fontsize=11)
+    return figure
+
+
+def distribution_figure(studies: Sequence[MisalignmentStudy]) -> Axes:
+    """Histogram of each result over random states, with its mean and its quantiles of 5, 50 and 95 %."""
+    names = [name for name in _DISTRIBUTED if name in studies[0].distribution()]
+    grid = panels(len(names), 3, (1.0, 0.9), (3.9, 2.9))
+    for axes, name in zip(grid, names, strict=True):
+        for study, colour in zip(studies, (BLUE, ORANGE), strict=False):
+            if not study.distribution():
+                continue
+            values = [getattr(p, name) for p in study.points if p.status != "failed"]
+            axes.hist(to_display(name, np.array(values)), bins="auto", color=colour, alpha=0.55, label=study.side)
+            mean, _, low, middle, high = (to_display(name, x) for x in study.distribution()[name])
+            for place, style in ((low, ":"), (middle, "--"), (high, ":"), (mean, "-")):
+                axes.axvline(place, color=colour, ls=style, lw=1.2)
+        axes.set(xlabel=axis_label(name), ylabel="states")
+        axes.ticklabel_format(axis="x", useOffset=False)
+    grid[0].legend(fontsize=7, framealpha=0.6)
+    title = f"{studies[0].design}: {studies[0].samples} random states; lines: mean, 5, 50, 95 %"
+    figure_of(grid[0]).suptitle(title, fontsize=11)
+    return grid[0]
+
+
+def map_figure(study: MisalignmentStudy) -> Figure:
+    """Maps over the first two varied misalignments, the others nearest to zero."""
+    first, second = study.varied[:2]
+    others = {other: min(getattr(study, other), key=abs) for other in MISALIGNMENTS if other not in (first, second)}
+    states = {
+        (getattr(p, first), getattr(p, second)): p
+        for p in study.points
+        if all(getattr(p, other) == value for other, value in others.items())
+    }
+    x, y = (np.array(sorted(getattr(study, name))) for name in (first, second))
+    figure = new_figure(12.0, 3.9)
+    for axes, (field, factor, label) in zip(
+        figure.subplots(1, 3),
+        (
+            ("peak_to_peak", 1.0 / ARCSEC, "transmission error, peak to peak [arcsec]"),
+            ("pattern_u", 1e3, "centre of the pattern, positive to the heel [mm]"),
+            ("pattern_area", 100.0, "pattern, area share of the flank [%]"),
+        ),
+        strict=True,
+    ):
+        values = np.array([[getattr(states[a, b], field) for a in x] for b in y]) * factor
+        across, up = (misalignment_quantity(n).to_display(v) for n, v in ((first, x), (second, y)))
+        shown = axes.pcolormesh(across, up, np.ma.masked_invalid(values), cmap="viridis", shading="nearest")
+        figure.colorbar(shown, ax=axes, label=label)
+        middle = 0.5 * (np.nanmin(values) + np.nanmax(values)) if np.isfinite(values).any() else 0.0
+        if values.size <= 121:
+            for place in np.ndindex(values.shape):
+                text = f"{values[place]:.3g}" if np.isfinite(values[place]) else ""
+                at = (across[place[1]], up[place[0]])
+                axes.annotate(
+                    text, at, ha="center", va="center", fontsize=7, color="k" if values[place] > middle else "w"
+                )
+        axes.set(xlabel=misalignment_quantity(first).axis_label, ylabel=misalignment_quantity(second).axis_label)
+    figure.suptitle(f"{study.design}, {study.side}: {first} and {second}", fontsize=11)
+    return figure
+
+
+def pattern_figure(
+    study: MisalignmentStudy, name: str, contacts: Sequence[tuple[float, FlankPair, ContactPattern]]
+) -> Figure:
+    """Outlines of the contact pattern on the gear and paths of contact for values of one misalignment.
+
+    study: the study, for names and units.
+    name: the varied misalignment.
+    contacts: value of the misalignment in SI units, mesh and pattern.
+    """
+    figure, axes = flank_figure(contacts[0][1], "gear", f"contact pattern over {name},")
+    shades = colormaps["coolwarm"](np.linspace(0.0, 1.0, len(contacts)))
+    for colour, (value, pair, pattern) in zip(shades, contacts, strict=True):
+        aligned = value == 0.0
+        tint = GREY if aligned else colour
+        axes.plot([], [], color=tint, lw=2.0, label=typeset_units(misalignment_quantity(name).text(value, 3)))
+        if pattern.marked.any():
+            gap = np.ma.masked_where(~pattern.inside, np.where(pattern.inside, pattern.separation, 0.0))
+            axes.contour(
+                pattern.gear_u * 1e3,
+                pattern.gear_height * 1e3,
+                gap,
+                levels=[pattern.thickness],
+                colors=[tint],
+                linewidths=2.0 if aligned else 1.4,
+            )
+        axes.plot(
+            np.where(pair.path.free, pair.path.u, np.nan) * 1e3, pair.path.height * 1e3, color=tint, lw=1.0, ls="--"
+        )
+    axes.plot([], [], color="k", lw=1.0, ls="--", label="path of contact")
+    flank_axes(axes, contacts[0][1], "gear")
+    axes.legend(fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5), title=name)
+    what = f"contact pattern over {name}, marking {1e6 * study.marking:.4g} µm, on the gear"
+    axes.set_title(f"{study.design}, {study.side}:\n{what}", fontsize=10)
+    return figure
+
+
+def section_contacts(
+    design: Design, study: MisalignmentStudy, name: str
+) -> list[tuple[float, FlankPair, ContactPattern]]:
+    """Mesh and pattern at up to seven values of one misalignment, the others nearest to zero.
+
+    States that cannot be computed are omitted.
+    """
+    values, points = section_points(study, name)
+    chosen = np.unique(np.linspace(0, values.size - 1, _PATTERNS).round().astype(int))
+    start = design.assembly.misalignment
+    found: list[tuple[float, FlankPair, ContactPattern]] = []
+    for number in chosen:
+        point = points[number]
+        moved = design.with_misalignment(
+            **{name: getattr(start, name) + getattr(point, name) for name in MISALIGNMENTS}
+        )
+        try:
+            pair = flank_pair(moved.flanks(), study.side, grid=found[0][1].surface.grid if found else None)
+        except ConvergenceError:
+            continue
+        found.append((float(getattr(point, name)), pair, pair.pattern(study.marking)))
+    return found
+
+
+def misalignment_figures(design: Design, studies: Sequence[MisalignmentStudy]) -> Iterator[Picture]:
+    """Sections of all studies, then maps and patterns of each; of random states their distribution."""
+    if studies[0].samples:
+        if studies[0].distribution():
+            caption = "Distribution of the results over random misalignments and flank deviations."
+            yield Picture(partial(distribution_figure, studies), caption, "distribution")
+        return
+    caption = "Transmission error, position and size of the contact over each misalignment."
+    yield Picture(partial(section_figure, studies), caption, "misalignment")
+    if studies[0].torque is not None:
+        caption = "Transmission error, pressure, edge load and efficiency at the torque."
+        yield Picture(partial(loaded_figure, studies), caption, "misalignment_loaded")
+    for study in studies:
+        if len(study.varied) > 1:
+            yield Picture(partial(map_figure, study), "Maps over two misalignments.", f"{study.side}_map")
+        for name in study.varied:
+            contacts = section_contacts(design, study, name)
+            if contacts:
+                drawn = partial(pattern_figure, study, name, contacts)
+                yield Picture(drawn, f"Contact pattern on the gear over {name}.", f"{study.side}_pattern_{name}")
+
+
+def plot_misalignment(grid: MisalignmentGrid, ax: Axes | None) -> Axes:
+    """Transmission error, position and size of the contact; in `ax` only the error over the first misalignment."""
+    if ax is None:
+        return distribution_figure(grid.studies) if grid.studies[0].samples else section_figure(grid.studies).axes[0]
+    name = (grid.studies[0].varied or ["E"])[0]
+    for study, colour in zip(grid.studies, (BLUE, ORANGE), strict=False):
+        values, points = section_points(study, name)
+        error = to_display("peak_to_peak", np.array([point.peak_to_peak for point in points]))
+        ax.plot(values, error, color=colour, marker="o", ms=4, label=study.side)
+    ax.set(xlabel=misalignment_quantity(name).axis_label, ylabel=axis_label("peak_to_peak"))
+    ax.legend(fontsize=7, framealpha=0.6)
+    return ax
+
+
 _ROWS = 60
 
 

@@ -16,7 +16,7 @@ from efficiency.contact.mesh_surface import MeshSurface, mesh_surface
 from efficiency.cutting import newton
 from efficiency.design.design import Design, load_design
 from efficiency.mesh import Mesh
-from efficiency.output.inspection_grid import inspection_grid, write_inspection_grid
+from efficiency.output.files import inspection_grid, write_inspection_grid
 from ehl.common.data import data_path
 from ehl.common.errors import ConvergenceError, InputError
 

@@ -15,8 +15,7 @@ from efficiency.design.design import load_design
 from efficiency.machine_settings.conjugate import target_relief
 from efficiency.machine_settings.correction import machine_corrections
 from efficiency.machine_settings.inputs import FlankTarget
-from efficiency.output.files import export_ease_off
-from efficiency.output.inspection_grid import inspection_grid, write_inspection_grid
+from efficiency.output.files import export_ease_off, inspection_grid, write_inspection_grid
 from ehl.common.errors import InputError
 from ehl.common.validation import validate
 

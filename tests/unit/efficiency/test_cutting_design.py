@@ -10,7 +10,7 @@ from efficiency.contact.conjugate import ConjugateFlank
 from efficiency.contact.grid_flank import GridFlank
 from efficiency.cutting.flank import CutFlank, Flank
 from efficiency.design.design import Design, load_design
-from efficiency.output.inspection_grid import inspection_grid, write_inspection_grid
+from efficiency.output.files import inspection_grid, write_inspection_grid
 from ehl.common.data import data_path
 
 SHIPPED = data_path("designs", "fm_spiral_bevel_14x39.toml").read_text(encoding="utf-8")

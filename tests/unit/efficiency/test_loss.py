@@ -21,7 +21,7 @@ from efficiency.loss.kinematics import LoadedPoints, Operation
 from efficiency.loss.power_loss import efficiency_of, position_losses
 from efficiency.ltca.limits import limit_notes, pressure_peak
 from efficiency.ltca.load_distribution import distribute_load
-from efficiency.output.plots_comparison import plot_comparison
+from efficiency.output.comparison_report import plot_comparison
 from efficiency.output.plots_load import plot_friction_and_loss, plot_load_sharing, plot_transmission_error
 from efficiency.output.plots_map import plot_map
 from efficiency.pair import GearPair

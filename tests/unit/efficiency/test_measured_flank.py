@@ -14,7 +14,7 @@ from efficiency.contact.grid_flank import PointGrid
 from efficiency.contact.measured_flank import MeasuredFlank, measured_flank
 from efficiency.cutting.flank import Flank
 from efficiency.design.design import Design, load_design
-from efficiency.output.inspection_grid import InspectionGrid, inspection_grid, write_inspection_grid
+from efficiency.output.files import InspectionGrid, inspection_grid, write_inspection_grid
 
 NAME = "fm_spiral_bevel_14x39"
 ARCSEC = np.pi / 648000.0

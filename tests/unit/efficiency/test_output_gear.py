@@ -24,10 +24,7 @@ from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.kinematics import Operation
 from efficiency.ltca.mesh_grids import load_grids
 from efficiency.mesh import Mesh
-from efficiency.output.flank_map import FlankMap
-from efficiency.output.gear_report import load_figures, loss_figures, mesh_figures
-from efficiency.output.map_report import nearest_point
-from efficiency.output.plots_comparison import (
+from efficiency.output.comparison_report import (
     axis_limit,
     plot_comparison,
     plot_friction_along_mesh,
@@ -35,6 +32,9 @@ from efficiency.output.plots_comparison import (
     plot_loss_by_region,
     plot_run_time,
 )
+from efficiency.output.flank_map import FlankMap
+from efficiency.output.gear_report import load_figures, loss_figures, mesh_figures
+from efficiency.output.map_report import nearest_point
 from efficiency.output.plots_map import contour_figure, map_figures
 from efficiency.output.tables import (
     comparison_table,

@@ -17,8 +17,8 @@ from pages import read_page
 from efficiency.design.design import Design, load_design
 from efficiency.geometry import pair_geometry as geometry_module
 from efficiency.geometry.pair_geometry import PairGeometry, pair_geometry
+from efficiency.output.files import FORMAT, inspection_grid, write_inspection_grid
 from efficiency.output.geometry_report import contact_table, graded_notes, misalignment_text, side_figures
-from efficiency.output.inspection_grid import FORMAT, inspection_grid, write_inspection_grid
 from efficiency.output.machine_summary import summary_rows, write_summary
 from efficiency.output.plots_geometry import blank_figure
 from ehl.common.errors import ConvergenceError

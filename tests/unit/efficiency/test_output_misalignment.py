@@ -13,8 +13,13 @@ import efficiency
 from efficiency.contact.flank_pair import flank_pair
 from efficiency.design.design import Design
 from efficiency.geometry.misalignment import MisalignmentGrid, MisalignmentStudy, misalignment_study
-from efficiency.output.misalignment_report import misalignment_table
-from efficiency.output.plots_misalignment import map_figure, section_contacts, section_figure, section_points
+from efficiency.output.misalignment_report import (
+    map_figure,
+    misalignment_table,
+    section_contacts,
+    section_figure,
+    section_points,
+)
 
 PAIR = "fm_spiral_bevel_14x39"
 Cli = Callable[..., Any]
