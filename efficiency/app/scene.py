@@ -27,7 +27,7 @@ from efficiency.machine_settings.solve import machine_settings
 from efficiency.mesh import LoadedMesh
 from efficiency.optimisation.problem import VARIABLES, start_value, with_values
 from efficiency.output.flank_map import FlankMap
-from efficiency.output.notes import result_notes
+from efficiency.output.tables import result_notes
 from efficiency.pair import GearPair
 from ehl.common.data import data_names, data_path
 from ehl.common.errors import InputError, MixedEhlError

@@ -35,7 +35,7 @@ from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.kinematics import OperatingPoint
 from efficiency.ltca.shaft_forces import shaft_wrenches
 from efficiency.mesh import Mesh
-from efficiency.output.notes import outside_note
+from efficiency.output.tables import outside_note
 from efficiency.pairs import load
 from efficiency.vehicle.axle_test import AxleTest
 from efficiency.vehicle.loss_map import signed_axes, uses_of

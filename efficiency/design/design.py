@@ -23,9 +23,6 @@ from efficiency.contact.relief import MemberRelief, PairRelief
 from efficiency.cutting.blank import Blank, Depth, Length, blank_dimensions
 from efficiency.cutting.cutter import FLANK_SIDES, FlankSide
 from efficiency.cutting.flank import Flank
-from efficiency.design.deflection import MISALIGNMENTS as MISALIGNMENTS
-from efficiency.design.deflection import Deflection as Deflection
-from efficiency.design.deflection import Misalignment as Misalignment
 from efficiency.design.flank_input import (
     BlankInput,
     ConjugateFlankInput,
@@ -34,7 +31,10 @@ from efficiency.design.flank_input import (
     FlankTable,
     from_folder,
 )
-from efficiency.design.stiffness_input import StiffnessInput
+from efficiency.design.shaft_input import MISALIGNMENTS as MISALIGNMENTS
+from efficiency.design.shaft_input import Deflection as Deflection
+from efficiency.design.shaft_input import Misalignment as Misalignment
+from efficiency.design.shaft_input import StiffnessInput
 from efficiency.loss.kinematics import Driver, OperatingPoint, Operation
 from efficiency.loss.lubrication import CoolingInput
 from efficiency.ltca.solid_tooth import Bodies, ToothBody

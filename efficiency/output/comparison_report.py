@@ -13,8 +13,8 @@ from matplotlib import colormaps
 from matplotlib.ticker import NullFormatter
 
 from efficiency.loss.power_loss import FACES, HEIGHTS, friction_along_mesh
-from efficiency.output.notes import comparison_notes
 from efficiency.output.tables import (
+    comparison_notes,
     comparison_tables,
     duty_models_table,
     models_table,

@@ -20,7 +20,6 @@ from efficiency.output import tables
 from efficiency.output.flank_map import FlankMap
 from efficiency.output.geometry_report import AXIAL_SECTION, misalignment_text, setting_tables, words
 from efficiency.output.machine_summary import FLANKS, Units, summary_rows
-from efficiency.output.notes import result_notes, said_of_grid
 from efficiency.output.plots_geometry import blank_figure
 from efficiency.output.plots_load import (
     plot_forces,
@@ -31,6 +30,7 @@ from efficiency.output.plots_load import (
     plot_transmission_error,
 )
 from efficiency.output.plots_map import map_figures
+from efficiency.output.tables import result_notes, said_of_grid
 from ehl.common.data import reason_text
 from ehl.common.errors import InputError
 from ehl.common.quantities import quantity

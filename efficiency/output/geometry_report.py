@@ -18,9 +18,9 @@ from efficiency.output.plots_geometry import (
     ease_off_figure,
     harmonics_figure,
     radius_figure,
+    tooth_pair_figure,
     transmission_figure,
 )
-from efficiency.output.plots_teeth import tooth_pair_figure
 from ehl.common.errors import InputError
 from ehl.common.notes import Note
 from ehl.common.quantities import quantity

@@ -9,9 +9,17 @@ from typing import TYPE_CHECKING
 
 from efficiency.output.gear_report import SPIN, design_of, page_sections
 from efficiency.output.machine_summary import Units
-from efficiency.output.notes import duty_notes, grid_notes
 from efficiency.output.plots_map import is_map, plot_duty, plot_map
-from efficiency.output.tables import duty_table, efficiency_grids, map_table, map_tables, percent, remarks_table
+from efficiency.output.tables import (
+    duty_notes,
+    duty_table,
+    efficiency_grids,
+    grid_notes,
+    map_table,
+    map_tables,
+    percent,
+    remarks_table,
+)
 from ehl.common.errors import InputError
 from ehl.common.sections import Head, Item, MainResult, Medium, Picture, Row, Section, Text
 from regression.friction.published_registry import model_label

@@ -14,8 +14,7 @@ from matplotlib import colormaps
 from efficiency.design.design import MISALIGNMENTS
 from efficiency.loss.efficiency_result import pair_notes
 from efficiency.output.gear_report import SPIN
-from efficiency.output.notes import outside_note
-from efficiency.output.tables import percent
+from efficiency.output.tables import outside_note, percent
 from efficiency.studies.parameter_study import StudyPoint, level_quantity
 from ehl.common.data import reason_text
 from ehl.common.figures import BLUE, GREY, ORANGE, axes_or_new, new_figure, panels

@@ -23,7 +23,7 @@ from efficiency.conditions.duty import DutyRow
 from efficiency.conditions.grid import Evaluator, GridPoint, PointsResult
 from efficiency.loss.efficiency_result import pair_notes
 from efficiency.loss.kinematics import OPERATION_LIMITS
-from efficiency.output.notes import outside_note
+from efficiency.output.tables import outside_note
 from ehl.common.arrays import FloatArray, finite_or_none
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.files import write_file

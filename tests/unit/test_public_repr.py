@@ -19,9 +19,8 @@ import ehl
 import regression
 from efficiency.conditions.duty import DutyRow
 from efficiency.contact.flank_deviation import FlankDeviation
-from efficiency.design.deflection import Deflection
 from efficiency.design.design import load_design
-from efficiency.design.stiffness_input import StiffnessInput
+from efficiency.design.shaft_input import Deflection, StiffnessInput
 from efficiency.studies.parameter_study import Levels
 from ehl.common.validation import validate
 

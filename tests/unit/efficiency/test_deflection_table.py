@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 import efficiency
-from efficiency.design.deflection import MISALIGNMENTS, Deflection
 from efficiency.design.design import Design, load_design
+from efficiency.design.shaft_input import MISALIGNMENTS, Deflection
 from ehl.common.data import data_path
 from ehl.common.errors import InputError
 from ehl.common.validation import validate

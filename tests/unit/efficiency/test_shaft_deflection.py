@@ -13,7 +13,7 @@ from scipy.optimize import minimize
 
 from efficiency.contact.assembly import Assembly, RigidMove, displaced_axes
 from efficiency.design.design import Design, load_design
-from efficiency.design.stiffness_input import MemberStiffnessInput, StiffnessInput
+from efficiency.design.shaft_input import MemberStiffnessInput, StiffnessInput
 from efficiency.ltca import shaft_deflection
 from efficiency.ltca.mesh_grids import MeshGrids
 from efficiency.ltca.shaft_deflection import shaft_compliance

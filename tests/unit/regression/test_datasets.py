@@ -20,8 +20,7 @@ from regression.data.dataset import FOLDER, dataset_names, load_dataset
 from regression.data.result_files import merge
 from regression.plan.plan import Plan
 from regression.sweeping.evaluators import published_outputs
-from regression.sweeping.rerun import SHARE, rerun
-from regression.sweeping.run import Run
+from regression.sweeping.run import SHARE, Run, rerun
 from regression.sweeping.sweep import sweep_shard
 
 PLAN = 'name = "small"\n[sampling]\nsize = 64\ncorners = 4\n' + GEAR_VARIABLES

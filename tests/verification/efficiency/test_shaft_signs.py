@@ -17,7 +17,7 @@ import pytest
 from rebuilt_designs import mirror, rebuilt
 
 from efficiency.design.design import Design, load_design
-from efficiency.design.stiffness_input import StiffnessInput
+from efficiency.design.shaft_input import StiffnessInput
 from efficiency.pair import GearPair
 from ehl.common.validation import validate
 
