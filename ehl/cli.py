@@ -139,10 +139,3 @@ def profile(
     found = ehl.measured_surface(file, unit_x=unit_x, unit_height=unit_height, detrend=detrend, **shared.given(cutoffs))
     found.write(plot=plot)
     shared.print_json(found.to_dict()) if json_output else found.show()
-
-
-def register(app: shared.App) -> None:
-    """Add the commands of this package to the application."""
-    app.command(rich_help_panel=shared.CONTACT)(solve)
-    app.command(rich_help_panel=shared.CONTACT)(oil)
-    app.command(rich_help_panel=shared.CONTACT)(profile)

@@ -10,8 +10,9 @@ import ehl
 import regression
 from ehl import InputError
 from ehl.common.console import (
-    FORMULA,
     App,
+    DaskOption,
+    JobsOption,
     JsonOption,
     advanced,
     check_outputs,
@@ -174,7 +175,7 @@ def calibrate(
         Path | None,
         typer.Option(metavar="CALIBRATION.html", help="HTML page on parameters, curves and residuals."),
     ] = None,
-    jobs: Annotated[int | None, typer.Option(min=1, help="Worker processes; default: all processors.")] = None,
+    jobs: JobsOption = None,
     profile: Annotated[
         bool | None,
         advanced("--profile/--no-profile", help="Profile-likelihood intervals; default: only if fast."),
@@ -228,10 +229,8 @@ def sweep_run(
     changes: Annotated[
         list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change an entry: lubricant.oil=fva3.")
     ] = None,
-    jobs: Annotated[int | None, typer.Option(help="Worker processes; default: all processors.")] = None,
-    dask: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="A dask scheduler (tcp://..., file.json), or local:N.")
-    ] = None,
+    jobs: JobsOption = None,
+    dask: DaskOption = None,
     shard: Annotated[str, advanced(help="i/n: only every n-th case, starting with the i-th.")] = "1/1",
     time_cap: Annotated[str, advanced(help="Time limit of a case.")] = "600 s",
     retries: Annotated[int, advanced(help="Number of fallback settings for a case without a solution.")] = 1,
@@ -318,11 +317,3 @@ def sweep_merge(
     check_outputs({"target": target})
     count = regression.Run(run).merge(target, compress=compress, complete=complete)
     typer.echo(f"{target}: {count} cases")
-
-
-def register(app: App) -> None:
-    """Add the commands of this package to the application."""
-    app.add_typer(sweep_app, name="sweep", rich_help_panel=FORMULA)
-    app.command(rich_help_panel=FORMULA)(fit)
-    app.command(rich_help_panel=FORMULA)(mu)
-    app.command(rich_help_panel=FORMULA)(calibrate)

@@ -11,19 +11,24 @@ try:
     import efficiency
     import ehl.cli
     import regression.cli
-    from efficiency.cli import axle, design, gear, loss_map, new, optimise
+    from efficiency.cli import axle, design, gear, new, optimise
     from ehl import __version__
-    from ehl.common.console import PROGRAM, App, JsonOption, print_json, run
+    from ehl.common.console import (
+        AXLE,
+        CONTACT,
+        DESIGN,
+        FORMULA,
+        GEAR,
+        INPUT,
+        PROGRAM,
+        App,
+        JsonOption,
+        print_json,
+        run,
+    )
 except KeyboardInterrupt:  # Ctrl-C in the first second
     print("mixed-ehl: stopped", file=sys.stderr)
     raise SystemExit(130) from None
-
-# commands of `mixed-ehl --help` in the order of the work
-_ORDER = (
-    *("new", "import", "solve", "oil", "profile", "plan", "sweep", "fit", "mu", "calibrate"),
-    *("blank", "settings", "geometry", "misalignment", "optimise", "correct", "export"),
-    *("gear", "map", "duty", "compare", "study", "loss-map", "axle-test", "axle", "demo", "app", "doctor", "warmup"),
-)
 
 
 class Commands(typer.core.TyperGroup):
@@ -31,7 +36,7 @@ class Commands(typer.core.TyperGroup):
 
     def list_commands(self, ctx: Any) -> list[str]:
         """Names of the commands."""
-        return sorted(super().list_commands(ctx), key=_ORDER.index)
+        return [name for _, commands in COMMANDS for name in commands]
 
 
 app = App(
@@ -58,12 +63,6 @@ def _options(
     """Friction and efficiency of hypoid and spiral bevel gears."""
 
 
-for commands_of in (ehl.cli, regression.cli, gear, design, axle, loss_map, new, optimise):
-    commands_of.register(app)
-app.command(rich_help_panel=PROGRAM)(gear.demo)
-
-
-@app.command(rich_help_panel=PROGRAM)
 def doctor() -> None:
     """Check the installation and compare one solution with its reference value."""
     from rich.console import Console
@@ -78,7 +77,6 @@ def doctor() -> None:
         raise typer.Exit(1)
 
 
-@app.command(rich_help_panel=PROGRAM)
 def warmup(
     kind: Annotated[str, typer.Argument(metavar="KIND", help="smooth, rough (includes smooth) or gear.")] = "gear",
     json_output: JsonOption = False,
@@ -91,7 +89,6 @@ def warmup(
     ready.show()
 
 
-@app.command("app", rich_help_panel=PROGRAM)
 def show_app(
     design: Annotated[
         Path | None, typer.Argument(metavar="DESIGN", help="Design file, in addition to the shipped pairs.")
@@ -101,6 +98,28 @@ def show_app(
 ) -> None:
     """Show a pair in the browser: pattern, loss, map, friction models, misalignment."""
     efficiency.serve_app(design, port=port, browser=browser)
+
+
+# panels and commands of `mixed-ehl --help`, in the order of the work
+COMMANDS: tuple[tuple[str, dict[str, Any]], ...] = (
+    (INPUT, {"new": new.new_app, "import": design.import_summary}),
+    (CONTACT, {"solve": ehl.cli.solve, "oil": ehl.cli.oil, "profile": ehl.cli.profile}),
+    (FORMULA, {"plan": design.plan, "sweep": regression.cli.sweep_app, "fit": regression.cli.fit}),
+    (FORMULA, {"mu": regression.cli.mu, "calibrate": regression.cli.calibrate}),
+    (DESIGN, {"blank": design.blank, "settings": design.settings, "geometry": gear.geometry}),
+    (DESIGN, {"misalignment": design.misalignment, "optimise": optimise.optimise, "correct": design.correct}),
+    (DESIGN, {"export": design.export}),
+    (GEAR, {"gear": gear.gear, "map": gear.map_points, "duty": gear.duty, "compare": gear.compare}),
+    (GEAR, {"study": design.study}),
+    (AXLE, {"loss-map": axle.loss_map, "axle-test": axle.axle_test, "axle": axle.axle}),
+    (PROGRAM, {"demo": gear.demo, "app": show_app, "doctor": doctor, "warmup": warmup}),
+)
+for panel, commands in COMMANDS:
+    for name, command in commands.items():
+        if isinstance(command, App):
+            app.add_typer(command, name=name, rich_help_panel=panel)
+        else:
+            app.command(name, rich_help_panel=panel)(command)
 
 
 def main() -> None:

@@ -1,4 +1,4 @@
-"""The command `axle`: losses of a whole axle."""
+"""Commands of an axle: `axle`, and its loss maps `loss-map` and `axle-test`."""
 
 from __future__ import annotations
 
@@ -10,14 +10,93 @@ import typer
 import efficiency
 from efficiency.cli import options as shared
 from ehl import InputError
-from ehl.common.console import AXLE, App, given, is_list, names_of, working
+from ehl.common.console import advanced, check_outputs, given, is_list, shipped_argument, working
 
-_AxleArgument = Annotated[
-    str,
-    typer.Argument(
-        metavar="AXLE", help="An axle file, or the name of a shipped one.", autocompletion=names_of("axles")
+_AxleOptions = Annotated[
+    dict[str, Any],
+    shared.OptionGroup(
+        {
+            "axle_losses": Annotated[
+                Path | None,
+                advanced(help="Bearing and drag losses, CSV or XLSX: torque, speed of the pinion, torque_loss."),
+            ],
+            "drag": shared.text_option("Constant drag torque at the pinion: '2 N m' (our model)."),
+            "load_share": shared.text_option("Bearings: share of the pinion torque lost, '0.5 %' (our model)."),
+        }
     ),
 ]
+
+
+@shared.with_groups
+def loss_map(
+    *,
+    design: shared.DesignArgument,
+    torque: Annotated[str, typer.Option(help="Pinion torques, negative in coast: '-300:300:7 N m', or a list.")],
+    speed: Annotated[str, typer.Option(help="Pinion speeds: '50:2000:5 rpm', or a list.")],
+    friction: shared.FrictionOption = None,
+    temperature: shared.TemperatureOption = None,
+    conditions: shared.HeldOptions,
+    axle: _AxleOptions,
+    model: shared.MapFileOption = None,
+    json_output: shared.JsonOption = False,
+    files: shared.TableOptions,
+) -> None:
+    """Torque loss over pinion torque and speed, drive and coast, for vehicle simulation."""
+    shared.check_map_files(model)
+    shared.check_files(files)
+    losses = _axle(axle)
+    with working("loss map"):
+        found = efficiency.load(design).loss_map(
+            torque, speed, friction, axle=losses, interval=bool(model), temperature=temperature, **conditions
+        )
+    shared.write_map(found, model)
+    shared.present(found, json_output, **files)
+
+
+@shared.with_groups
+def axle_test(
+    *,
+    design: shared.DesignArgument,
+    application: Annotated[
+        str, typer.Option(help="single (output torque to 4000 N m) or tandem (2000 N m).")
+    ] = "single",
+    torque_max: Annotated[str | None, typer.Option(help="Rated output torque of the axle, e.g. '2500 N m'.")] = None,
+    revolutions_per_mile: Annotated[float, advanced(help="Tyre revolutions per mile, of the smallest tyre.")] = 650.0,
+    friction: shared.FrictionOption = None,
+    temperature: shared.TemperatureOption = None,
+    conditions: shared.HeldOptions,
+    axle: _AxleOptions,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Write the test points as CSV in the format of GEM.")
+    ] = None,
+    json_output: shared.JsonOption = False,
+    files: shared.TableOptions,
+) -> None:
+    """Power loss at the test points of 40 CFR 1037.560."""
+    check_outputs({"output": output})
+    shared.check_files(files)
+    options = conditions | given({"torque_max": torque_max, "temperature": temperature})
+    losses = _axle(axle)
+    with working("loss map"):
+        found = efficiency.load(design).axle_test(
+            cast("Any", application), friction, revolutions_per_mile=revolutions_per_mile, axle=losses, **options
+        )
+    if output is not None and found.status == "converged":
+        found.to_csv(output)
+    shared.present(found, json_output, **files)
+
+
+def _axle(options: dict[str, Any]) -> Any:
+    """Axle losses from a table or constants; None if not given."""
+    table = options.pop("axle_losses", None)
+    if table is None:
+        return options or None
+    if options:
+        raise InputError("axle-losses", str(table), "either a table, or --drag and --load-share")
+    return table
+
+
+_AxleArgument = shipped_argument("AXLE", "axles", "An axle file")
 _MethodOptions = Annotated[
     dict[str, Any],
     shared.OptionGroup(
@@ -76,8 +155,3 @@ def _solve(axle: efficiency.Axle, point: Any, of_map: bool, friction: Any, duty:
                 raise InputError(name, None, "required if another one is a list")
         return axle.map(point.pop("torque"), point.pop("speed"), friction=friction, **point)
     return axle.at(friction=friction, **point)
-
-
-def register(app: App) -> None:
-    """Add the command to the application."""
-    app.command("axle", rich_help_panel=AXLE)(axle)

@@ -13,20 +13,14 @@ from efficiency.cli import options as shared
 from ehl import InputError, shipped
 from ehl.common import console
 
+_BlankArgument = console.shipped_argument("FILE", "blanks", "A blank file")
 PAIRS = ("fh_hypoid_9x34_relieved", "fh_hypoid_9x34_offset_10_relieved")
 
 
 @shared.with_groups
 def blank(
     *,
-    file: Annotated[
-        str,
-        typer.Argument(
-            metavar="FILE",
-            help="A blank file, or the name of a shipped one.",
-            autocompletion=console.names_of("blanks"),
-        ),
-    ],
+    file: _BlankArgument,
     json_output: shared.JsonOption = False,
     report: shared.ReportOption = None,
     files: shared.TableOptions,
@@ -43,14 +37,7 @@ def blank(
 @shared.with_groups
 def settings(
     *,
-    targets: Annotated[
-        str,
-        typer.Argument(
-            metavar="TARGETS",
-            help="A targets file, or the name of a shipped one.",
-            autocompletion=console.names_of("targets"),
-        ),
-    ],
+    targets: shared.TargetsArgument,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Design file to write.")] = None,
     sized: Annotated[
         bool,
@@ -346,12 +333,3 @@ def plan(
     console.write_text(output, text)
     ranges.show()
     print(f"{output}: {regression.Plan.from_file(output).count} cases\nnext: mixed-ehl sweep {output} --estimate")
-
-
-def register(app: console.App) -> None:
-    """Add the commands to the application."""
-    app.command(rich_help_panel=console.FORMULA)(plan)
-    app.command(rich_help_panel=console.GEAR)(study)
-    for command in (blank, settings, correct, export, misalignment):
-        app.command(rich_help_panel=console.DESIGN)(command)
-    app.command("import", rich_help_panel=console.INPUT)(import_summary)

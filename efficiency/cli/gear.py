@@ -10,17 +10,7 @@ import typer
 import efficiency
 from efficiency.cli import options as shared
 from ehl import InputError
-from ehl.common.console import (
-    DESIGN,
-    GEAR,
-    App,
-    advanced,
-    check_outputs,
-    fail_unless_converged,
-    given,
-    is_list,
-    working,
-)
+from ehl.common.console import advanced, check_outputs, fail_unless_converged, given, is_list, working
 
 BulkOption = Annotated[
     str | None,
@@ -238,12 +228,3 @@ def demo(
     result.comparison.show()
     print(f"report: {output / 'report.html'}")
     fail_unless_converged(result.comparison.status, result.comparison.reason)
-
-
-def register(app: App) -> None:
-    """Add the commands of this package to the application."""
-    app.command(rich_help_panel=GEAR)(gear)
-    app.command("map", rich_help_panel=GEAR)(map_points)
-    app.command(rich_help_panel=GEAR)(duty)
-    app.command(rich_help_panel=GEAR)(compare)
-    app.command(rich_help_panel=DESIGN)(geometry)

@@ -14,7 +14,7 @@ import efficiency
 import ehl
 from ehl import InputError
 from ehl.common import console
-from ehl.common.console import INPUT, App, check_outputs, write_text
+from ehl.common.console import App, check_outputs, write_text
 
 # kind: description, and the command that uses the file
 _KINDS = {
@@ -140,8 +140,3 @@ def _ask(questions: dict[str, tuple[str, str]]) -> dict[str, str]:
 @new_app.callback()
 def _new() -> None:
     """Write a complete input file with comments. Without options, a terminal prompts for the values."""
-
-
-def register(app: App) -> None:
-    """Add the commands to the application."""
-    app.add_typer(new_app, name="new", rich_help_panel=INPUT)

@@ -3,18 +3,16 @@
 from pathlib import Path
 from typing import Annotated, Any
 
-import typer
-
 import efficiency
 from efficiency.cli import options as shared
 from ehl import InputError
-from ehl.common.console import DESIGN, App, advanced, output_folder, working
+from ehl.common.console import advanced, output_folder, working
 
 
 @shared.with_groups
 def optimise(
     *,
-    targets: Annotated[str, typer.Argument(metavar="TARGETS", help="A targets file, or the name of a shipped one.")],
+    targets: shared.TargetsArgument,
     output: Annotated[
         Path, shared.output_option("--output", "-o", help="Folder for page, designs, tables and figures.")
     ] = Path("mixed-ehl-optimise"),
@@ -125,8 +123,3 @@ def _limits(texts: list[str] | None) -> dict[str, Any] | None:
             raise InputError("limit", "none", "not together with another limit")
         return {}
     return {name: value if equals else "start" for name, equals, value in _parts(texts)}
-
-
-def register(app: App) -> None:
-    """Add the command to the application."""
-    app.command(rich_help_panel=DESIGN)(optimise)

@@ -21,7 +21,10 @@ from ehl.common.console import (
     names_of,
     print_json,
     print_text,
+    shipped_argument,
 )
+from ehl.common.console import DaskOption as DaskOption
+from ehl.common.console import JobsOption as JobsOption
 from ehl.common.files import FIGURE
 
 operation: Any = functools.partial(typer.Option, rich_help_panel=OPERATION)
@@ -76,12 +79,8 @@ def misalignment_group(e: str, p: str, g: str, angle: str, panel: str | None = A
     return OptionGroup({key: text_option(text, panel, name) for key, (name, text) in texts.items()})
 
 
-DesignArgument = Annotated[
-    str,
-    typer.Argument(
-        metavar="DESIGN", help="A design file, or the name of a shipped one.", autocompletion=names_of("designs")
-    ),
-]
+TargetsArgument = shipped_argument("TARGETS", "targets", "A targets file")
+DesignArgument = shipped_argument("DESIGN", "designs", "A design file")
 SideOption = Annotated[str, operation(help="Flanks that carry the load: drive or coast.")]
 TemperatureOption = text_option("Oil temperature with its unit: '80 degC'.", OPERATION)
 OilOption = Annotated[
@@ -158,10 +157,6 @@ _TABLES = {
 TableOptions = Annotated[dict[str, Any], OptionGroup(_TABLES)]
 PageOptions = Annotated[dict[str, Any], OptionGroup(_PAGE)]
 FileOptions = Annotated[dict[str, Any], OptionGroup({**_PAGE, **_TABLES})]
-DaskOption = Annotated[
-    str | None, typer.Option(metavar="ADDRESS", help="A dask scheduler (tcp://..., file.json), or local:N.")
-]
-JobsOption = Annotated[int | None, typer.Option(min=1, help="Worker processes; default: all processors.")]
 FreshOption = Annotated[
     bool, advanced("--fresh", help="Delete the results of an earlier run in the folder and start again.")
 ]

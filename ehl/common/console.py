@@ -304,6 +304,10 @@ def _write_log() -> str:
     return "No log could be written."
 
 
+JobsOption = Annotated[int | None, typer.Option(min=1, help="Worker processes; default: all processors.")]
+DaskOption = Annotated[
+    str | None, typer.Option(metavar="ADDRESS", help="A dask scheduler (tcp://..., file.json), or local:N.")
+]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object in SI units.")]
 # how a measured profile is read
 ProfileArgument = Annotated[
@@ -315,6 +319,12 @@ DetrendOption = Annotated[int, typer.Option(help="Order of the polynomial that i
 CutoffLongOption = Annotated[str | None, typer.Option(help="lambda_c, e.g. '0.8 mm'; by ISO 4288 if not given.")]
 CutoffShortOption = Annotated[str | None, typer.Option(help="lambda_s, e.g. '2.5 um'.")]
 ProfilePlotOption = Annotated[Path | None, typer.Option(help="Write a figure of the trace, its form, and the profile.")]
+
+
+def shipped_argument(metavar: str, kind: str, what: str) -> Any:
+    """Annotation of an argument: a file, or the name of a shipped one of a kind (see `ehl.shipped`)."""
+    text = f"{what}, or the name of a shipped one."
+    return Annotated[str, typer.Argument(metavar=metavar, help=text, autocompletion=names_of(kind))]
 
 
 def names_of(kind: str) -> Callable[[], list[str]]:
