@@ -325,12 +325,9 @@ class GearPair:
 
     @one_thread
     def drawing(self) -> DesignDrawing | None:
-        """Gear data for the drawings of both members, angles and thicknesses of the flanks in the middle of the face.
+        """Gear data for the drawings of both members, with `table()` and `to_dict()`; None for a cylindrical pair.
 
-        Returns
-        -------
-        DesignDrawing or None
-            Values of the pair and of both members, with `table()` and `to_dict()`; None for a cylindrical pair.
+        Angles and thicknesses are those of the flanks in the middle of the face.
 
         Examples
         --------
@@ -655,7 +652,7 @@ class GearPair:
         bore: Value | None = None,
         units: Literal["metric", "inch"] = "metric",
     ) -> list[str]:
-        """Write solids (STL), flank grids (CSV) and the machine summary (CSV).
+        """Write solids (STL), flank grids (CSV) and the machine summary (CSV); returns one line for each file.
 
         Parameters
         ----------
@@ -674,11 +671,6 @@ class GearPair:
             Solids: rim thickness below the root [m]; diameter of the bore [m], 0 for no bore.
         units : {"metric", "inch"}
             Units of the summary.
-
-        Returns
-        -------
-        list of str
-            Written files, one line each.
 
         Raises
         ------

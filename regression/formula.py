@@ -200,14 +200,7 @@ class Formula(FittedFormula, Reportable):
         return plot_parity(fitted.dataset, fitted.candidates, ax)
 
     def to_frame(self) -> pd.DataFrame:
-        """The coefficients.
-
-        Returns
-        -------
-        pandas.DataFrame
-            One row per term: `term`, `value`, `standard_error`, `variance_inflation`, and in `dropped` the reason why
-            it could not be fitted.
-        """
+        """One row per term: `term`, `value`, `standard_error`, `variance_inflation`, `dropped`."""
         return self._coefficients().to_frame()
 
     def __repr__(self) -> str:

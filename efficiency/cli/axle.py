@@ -10,7 +10,7 @@ import typer
 import efficiency
 from efficiency.cli import options as shared
 from ehl import InputError
-from ehl.common.console import advanced, check_outputs, given, is_list, shipped_argument, working
+from ehl.common.console import advanced, check_outputs, given, is_list, working
 
 _AxleOptions = Annotated[
     dict[str, Any],
@@ -96,7 +96,6 @@ def _axle(options: dict[str, Any]) -> Any:
     return table
 
 
-_AxleArgument = shipped_argument("AXLE", "axles", "An axle file")
 _MethodOptions = Annotated[
     dict[str, Any],
     shared.OptionGroup(
@@ -112,7 +111,7 @@ _MethodOptions = Annotated[
 @shared.with_groups
 def axle(
     *,
-    axle: _AxleArgument,
+    axle: shared.AxleArgument,
     point: shared.PointOptions,
     friction: shared.FrictionOption = None,
     duty: Annotated[Path | None, typer.Option(help="Duty cycle, CSV or XLSX, instead of torque and speed.")] = None,

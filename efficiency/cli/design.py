@@ -13,14 +13,13 @@ from efficiency.cli import options as shared
 from ehl import InputError, shipped
 from ehl.common import console
 
-_BlankArgument = console.shipped_argument("FILE", "blanks", "A blank file")
 PAIRS = ("fh_hypoid_9x34_relieved", "fh_hypoid_9x34_offset_10_relieved")
 
 
 @shared.with_groups
 def blank(
     *,
-    file: _BlankArgument,
+    file: shared.BlankArgument,
     json_output: shared.JsonOption = False,
     report: shared.ReportOption = None,
     files: shared.TableOptions,

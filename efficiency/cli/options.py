@@ -79,6 +79,8 @@ def misalignment_group(e: str, p: str, g: str, angle: str, panel: str | None = A
     return OptionGroup({key: text_option(text, panel, name) for key, (name, text) in texts.items()})
 
 
+AxleArgument = shipped_argument("AXLE", "axles", "An axle file")
+BlankArgument = shipped_argument("FILE", "blanks", "A blank file")
 TargetsArgument = shipped_argument("TARGETS", "targets", "A targets file")
 DesignArgument = shipped_argument("DESIGN", "designs", "A design file")
 SideOption = Annotated[str, operation(help="Flanks that carry the load: drive or coast.")]

@@ -104,8 +104,8 @@ def designs_figure(study: Study) -> Axes:
         for number, design in enumerate(study.designs):
             points = study.section(design, name)
             x = [level_quantity(name).to_display(getattr(point, name)) for point in points]
-            ends = ([100.0 * getattr(point, f"efficiency_{end}") for point in points] for end in ("lower", "upper"))
-            axes.fill_between(x, *ends, color=_colour(number), alpha=0.15, lw=0.0)
+            low, high = ([100.0 * getattr(p, f"efficiency_{end}") for p in points] for end in ("lower", "upper"))
+            axes.fill_between(x, low, high, color=_colour(number), alpha=0.15, lw=0.0)
             _line(axes, points, name, **_style(study, number))
         axes.set(xlabel=level_quantity(name).axis_label, title=f"at {reference_text(study, name)}")
         axes.title.set_fontsize(9)
@@ -183,7 +183,7 @@ def _bars(
     axes = axes_or_new(ax, 7.6, 1.1 + 0.34 * len(labels) * count + 0.2 * len(labels))
     for number, design in enumerate(study.designs):
         start, length = np.array(bars[design]).T
-        style = {"color": _colour(number), "label": _design_text(study, design)}
+        style: dict[str, Any] = {"color": _colour(number), "label": _design_text(study, design)}
         axes.barh(rows + 0.8 * (0.5 - (number + 0.5) / count), length, left=start, height=0.72 / count, **style)
     axes.set_yticks(rows, labels)
     axes.grid(axis="x", alpha=0.3)

@@ -77,12 +77,18 @@ def axes_or_new(ax: Axes | None, width: float = 7.0, height: float = 4.2) -> Axe
 
 
 def panels(
-    count: int, columns: int, margin: tuple[float, float], each: tuple[float, float], *, dpi: int = 100, **shared: bool
+    count: int,
+    columns: int,
+    margin: tuple[float, float],
+    each: tuple[float, float],
+    *,
+    dpi: int = 100,
+    sharey: bool = False,
 ) -> list[Axes]:
     """Axes of a figure with `count` panels, up to `columns` in a row, of a size `each` within a `margin` [inch]."""
     across, down = min(columns, count), -(-count // columns)
     figure = new_figure(margin[0] + across * each[0], margin[1] + down * each[1], dpi=dpi)
-    found = figure.subplots(down, across, squeeze=False, **shared).ravel()
+    found = figure.subplots(down, across, squeeze=False, sharey=sharey).ravel()
     for spare in found[count:]:
         spare.set_axis_off()
     return list(found[:count])

@@ -70,13 +70,7 @@ class Reportable:
         return set[str]().union(*(result.references() for result in getattr(self, "results", ())))
 
     def citation(self) -> Citation:
-        """References of the laws, formulas and standards that the result used.
-
-        Returns
-        -------
-        Citation
-            With `text` and `bibtex`.
-        """
+        """References of the laws, formulas and standards that the result used, with `text` and `bibtex`."""
         return Citation.of(self.references())
 
     def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
@@ -135,7 +129,7 @@ class Reportable:
         folder: Path | str | None = None,
         **options: Any,
     ) -> list[Path]:
-        """Write several files.
+        """Write several files; returns the files and folders written.
 
         Parameters
         ----------
@@ -151,11 +145,6 @@ class Reportable:
             Folder for page, workbook, all tables (CSV) and all figures (PNG).
         **options
             As in `sections`.
-
-        Returns
-        -------
-        list of Path
-            The files and folders written.
 
         Raises
         ------
@@ -191,7 +180,7 @@ class Reportable:
         return "\n".join(table.html() for table in tables_of(self.sections("terminal")) if table.rows)
 
     def figure(self, name: str | None = None, **options: Any) -> Figure:
-        """One of the figures of the report.
+        """One of the figures of the report as a matplotlib figure that is not shown.
 
         Parameters
         ----------
@@ -199,11 +188,6 @@ class Reportable:
             Name of the figure; the main figure if not given.
         **options
             As in `sections`.
-
-        Returns
-        -------
-        Figure
-            Matplotlib figure that is not shown.
 
         Raises
         ------

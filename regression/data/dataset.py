@@ -101,17 +101,12 @@ class Dataset(TableResult, Tabular):
         return len(self.frame)
 
     def to_frame(self, *, units: bool = False) -> pd.DataFrame:
-        """The cases as a table.
+        """The cases as a table, one row per case, sorted by key.
 
         Parameters
         ----------
         units : bool
             Name the columns with their SI units, as ``pressure_hertz [Pa]``.
-
-        Returns
-        -------
-        DataFrame
-            One row per case, sorted by key.
         """
         if not units:
             return self.frame.copy()
@@ -141,13 +136,7 @@ class Dataset(TableResult, Tabular):
             frame.to_csv(file, index=False, header=False, float_format="%.17g", lineterminator="\n")
 
     def to_dict(self) -> dict[str, Any]:
-        """Origin and number of the cases, and the range of the main quantities.
-
-        Returns
-        -------
-        dict
-            Content for JSON in SI units.
-        """
+        """Origin and number of the cases, and the range of the main quantities, for JSON in SI units."""
         counts = self.frame["status"].value_counts()
         return {
             "plan": self.plan_name,

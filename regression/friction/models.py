@@ -64,13 +64,7 @@ class FrictionEstimate(TableResult):
     flag: NDArray[np.int8]
 
     def to_dict(self) -> dict[str, Any]:
-        """Content for JSON: values, or lists in the shape of the points; nan becomes None.
-
-        Returns
-        -------
-        dict
-            ``friction_coefficient``, ``friction_lower``, ``friction_upper`` [-] and ``flag`` as text.
-        """
+        """Friction coefficient, lower and upper limit, and flag as text, for JSON; nan becomes None."""
         numbers = {"friction_coefficient": self.mu, "friction_lower": self.lower, "friction_upper": self.upper}
         plain = {name: finite_or_none(np.asarray(values).tolist()) for name, values in numbers.items()}
         words = np.array([flag.name.lower() for flag in FrictionFlag], dtype=object)

@@ -112,13 +112,7 @@ class OperatingRange(TableResult):
         return self.variables[name]
 
     def to_frame(self) -> pd.DataFrame:
-        """The ranges as a data frame.
-
-        Returns
-        -------
-        DataFrame
-            One row per variable: unit, minimum, low, median, high, maximum (SI).
-        """
+        """One row per variable: unit, minimum, low, median, high, maximum (SI)."""
         import pandas as pd
 
         rows = {
@@ -132,13 +126,7 @@ class OperatingRange(TableResult):
         return "\n".join((f"OperatingRange, {100.0 * self.coverage:g} % of the weight (SI)", *map(str.rstrip, ranges)))
 
     def table(self) -> Table:
-        """The ranges as a table in display units.
-
-        Returns
-        -------
-        ehl.Table
-            Minimum, low, median, high and maximum of each variable.
-        """
+        """Minimum, low, median, high and maximum of each variable in display units."""
         rows = [(column, *(getattr(x, column) for x in self.variables.values())) for column in _COLUMNS]
         title = f"contact points: {100.0 * self.coverage:g} % of the friction work lies between low and high"
         return Table(("", *self.variables), rows, title=title, vertical=True)

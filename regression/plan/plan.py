@@ -529,13 +529,7 @@ class Plan(InputModel, Reportable):
         )
 
     def to_frame(self) -> pd.DataFrame:
-        """The points of the plan.
-
-        Returns
-        -------
-        DataFrame
-            One row per case, in the order of the plan: origin, oil, seed of the roughness, and variables in SI units.
-        """
+        """One row per case, in the order of the plan: origin, oil, seed of the roughness, and variables in SI units."""
         import pandas as pd
 
         points = self.points

@@ -159,28 +159,17 @@ class Run(PathLike[str], TableResult):
         return load_dataset(self.path)
 
     def to_frame(self, *, units: bool = False) -> pd.DataFrame:
-        """All results as a data frame.
+        """All results, one row per case, sorted by key.
 
         Parameters
         ----------
         units : bool
             Name the columns with their SI units, as ``pressure_hertz [Pa]``.
-
-        Returns
-        -------
-        DataFrame
-            One row per case, sorted by key.
         """
         return self.dataset().to_frame(units=units)
 
     def to_dict(self) -> dict[str, Any]:
-        """The status of the run.
-
-        Returns
-        -------
-        dict
-            For JSON.
-        """
+        """The status of the run, for JSON."""
         return self.status.to_dict()
 
     def retry(self, **options: Any) -> Run:
@@ -216,7 +205,7 @@ class Run(PathLike[str], TableResult):
         return rerun(self.dataset(), plan or self.plan, share=share, seed=seed)
 
     def merge(self, target: str | Path, *, compress: bool = False, complete: bool = False) -> int:
-        """Write all results into one file, sorted by case key.
+        """Write all results into one file, sorted by case key; returns the number of cases.
 
         Parameters
         ----------
@@ -226,11 +215,6 @@ class Run(PathLike[str], TableResult):
             Compress the result file, like the shipped datasets.
         complete : bool
             Raise an `InputError` for a run with missing cases.
-
-        Returns
-        -------
-        int
-            Number of cases.
 
         Raises
         ------
