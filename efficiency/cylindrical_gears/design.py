@@ -10,17 +10,10 @@ from pydantic import Field, model_validator
 from efficiency.contact.gear_flanks import MEMBERS
 from efficiency.cutting.blank import Depth, Length
 from efficiency.cylindrical_gears.involute import InvolutePair
-from efficiency.design.design import EdgeRounding, FlankSurfaceInput, MemberSurface, PairDesign
-from efficiency.loss.kinematics import OperatingPoint
-from efficiency.loss.lubrication import CoolingInput
+from efficiency.design.design import EdgeRounding, MemberSurface, PairDesign
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 from ehl.common.units import ValueRange
-from ehl.common.validation import Name
-from ehl.inputs import Rms
-from ehl.material import Material
-from ehl.surface.finish import State
-from ehl.uncertainty.spread import UncertaintyInput
 
 Factor = Annotated[float, ValueRange("", gt=0.0, le=3.0)]
 # radius of the tip edges over the module, as for bevel gears
@@ -39,15 +32,9 @@ class CylindricalMember(MemberSurface):
     tip_relief: Depth = 0.0  # material removed at the tip, normal to the flank [m]
     # along the path of contact, from the tip down [m]; the relief grows linearly along it
     tip_relief_length: Depth = 0.0
-    # as of a bevel member
-    material: str = "steel"
-    finish: str | None = None
-    finish_state: State = "run_in"
-    roughness_rms: Rms = 0.0
 
     @model_validator(mode="after")
     def _relieved(self) -> Self:
-        Material.load(self.material)
         if (self.tip_relief > 0.0) != (self.tip_relief_length > 0.0):
             raise InputError("tip_relief_length", self.tip_relief_length, "given together with tip_relief")
         return self
@@ -57,9 +44,6 @@ class CylindricalDesign(PairDesign):
     """A cylindrical pair: the content of a design file with `kind = "cylindrical"`."""
 
     kind: Literal["cylindrical"] = "cylindrical"
-    # name and source
-    name: Name
-    source: str = ""
     module_normal: Annotated[float, ValueRange("m", ge=1e-4, le=0.1)]  # m_n [m]
     # normal, and at the reference cylinder [rad]; helix 0 is a spur pair
     pressure_angle_normal: Annotated[float, ValueRange("rad", ge=0.2, le=0.6)] = math.radians(20.0)
@@ -71,10 +55,6 @@ class CylindricalDesign(PairDesign):
     edge_rounding: EdgeRounding | None = None  # radius of the tip edges [m]
     pinion: CylindricalMember
     gear: CylindricalMember
-    operation: OperatingPoint
-    cooling: CoolingInput = CoolingInput()
-    surface: FlankSurfaceInput = FlankSurfaceInput()
-    uncertainty: UncertaintyInput = UncertaintyInput()
 
     @model_validator(mode="after")
     def _pair(self) -> Self:

@@ -106,14 +106,14 @@ EdgeRounding = Annotated[
 class MemberSurface(InputModel):
     """Common inputs of members of all kinds of pairs: material and finish."""
 
-    if TYPE_CHECKING:
-        material: str
-        finish: str | None
-        finish_state: State
-        roughness_rms: float
+    material: str = "steel"  # name of a material card
+    finish: str | None = None  # finish of the flanks: ground, lapped, honed, superfinished, milled
+    finish_state: State = "run_in"  # state of that finish
+    roughness_rms: Rms = 0.0  # Rq of the flanks [m]; default: that of the finish, without a finish 0
 
     @model_validator(mode="after")
     def _finished(self) -> Self:
+        Material.load(self.material)
         finish = self.surface_finish()
         if finish is not None and "roughness_rms" not in self.model_fields_set:
             self.__dict__["roughness_rms"] = finish.roughness_rms.value
@@ -131,15 +131,16 @@ class MemberSurface(InputModel):
 class PairDesign(InputModel):
     """Common inputs of designs of all kinds of pairs: members with a finish, oil, operating point."""
 
+    # name and origin
+    name: Name
+    source: str = ""
+    operation: OperatingPoint  # default operating point
+    cooling: CoolingInput = CoolingInput()  # lubrication of the teeth
+    surface: FlankSurfaceInput = FlankSurfaceInput()  # texture of the flanks
+    uncertainty: UncertaintyInput = UncertaintyInput()  # spreads instead of those of the oil card and the defaults
     if TYPE_CHECKING:
-        name: Name
-        source: str
         pinion: Any
         gear: Any
-        operation: OperatingPoint
-        cooling: CoolingInput
-        surface: FlankSurfaceInput
-        uncertainty: UncertaintyInput
 
         @property
         def ratio(self) -> float:
@@ -200,10 +201,6 @@ class MemberInput(MemberSurface):
     # flanks: by cutter and machine settings, by points, or (pinion only) by an ease-off
     concave: FlankInput
     convex: FlankInput
-    material: str = "steel"  # name of a material card
-    finish: str | None = None  # finish of the flanks: ground, lapped, honed, superfinished, milled
-    finish_state: State = "run_in"  # state of that finish
-    roughness_rms: Rms = 0.0  # Rq of the flanks [m]; default: that of the finish, without a finish 0
     # radius of the tip, toe and heel edges [m]; default: 0.05 of the mean transverse module
     edge_rounding: EdgeRounding | None = None
     edge_relief: MemberRelief = MemberRelief()  # relief of the flanks at tip, toe and heel
@@ -232,7 +229,6 @@ class MemberInput(MemberSurface):
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
-        Material.load(self.material)
         self.body.thickness(self.blank)
         self.edge_relief.check(self.blank)
         crown = blank_dimensions(self.blank)["crossing_to_crown"]
@@ -294,16 +290,9 @@ class Design(PairDesign):
     0.0001
     """
 
-    # name and origin
-    name: Name
-    source: str = ""
     assembly: AssemblyInput
     pinion: MemberInput
     gear: MemberInput
-    operation: OperatingPoint  # default operating point
-    cooling: CoolingInput = CoolingInput()  # lubrication of the teeth
-    surface: FlankSurfaceInput = FlankSurfaceInput()  # texture of the flanks
-    uncertainty: UncertaintyInput = UncertaintyInput()  # spreads instead of those of the oil card and the defaults
     rating: RatingFactors = RatingFactors()  # factors, life and load spectrum of the load capacity after ISO 10300
 
     @model_validator(mode="after")

@@ -59,7 +59,7 @@ def optimisation_figures(result: Optimisation) -> list[Picture]:
     return [
         Picture(partial(trade_figure, result), trade, "trade"),
         Picture(partial(parallel_figure, result), parallel, "parallel"),
-        Picture(partial(progress_figure, result), progress, "progress"),
+        Picture(partial(plot_optimisation, result), progress, "progress"),
     ]
 
 
@@ -159,7 +159,7 @@ def parallel_figure(result: Optimisation) -> Figure:
     return figure
 
 
-def progress_figure(result: Optimisation, ax: Axes | None = None) -> Axes:
+def plot_optimisation(result: Optimisation, ax: Axes | None = None) -> Axes:
     """Least value of the first objective so far, over the evaluations."""
     name = result.problem.objectives[0]
     axes = axes_or_new(ax, 6.4, 3.4)
@@ -335,11 +335,6 @@ def optimisation_sections(result: Optimisation, medium: Medium) -> list[Section]
         Section("Checked designs", [replace(candidates_table(result), title="", notes=())]),
         Section("Search", _search(result)),
     ]
-
-
-def plot_optimisation(result: Optimisation, ax: Axes | None) -> Axes:
-    """Lowest first objective within the limits over the evaluations."""
-    return progress_figure(result, ax)
 
 
 def write_designs(result: Optimisation, folder: Path) -> list[Path]:

@@ -18,8 +18,8 @@ from efficiency.loss.efficiency_result import pair_notes
 from efficiency.output import plots_flank as flank_plots
 from efficiency.output import tables
 from efficiency.output.flank_map import FlankMap
-from efficiency.output.geometry_report import AXIAL_SECTION, misalignment_text, setting_tables, words
-from efficiency.output.machine_summary import FLANKS, Units, summary_rows
+from efficiency.output.geometry_report import AXIAL_SECTION, misalignment_text, settings_tables
+from efficiency.output.machine_summary import Units
 from efficiency.output.plots_geometry import blank_figure
 from efficiency.output.plots_load import (
     plot_forces,
@@ -42,8 +42,6 @@ from ehl.uncertainty.result import plot_sources
 from regression.friction.published_registry import model_label
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
     from efficiency.conditions.grid import Grid
     from efficiency.cylindrical_gears.design import CylindricalDesign
     from efficiency.design.design import FlankSurfaceInput, MemberInput, PairDesign
@@ -66,9 +64,7 @@ def gear_sections(result: EfficiencyResult, medium: Medium, units: Units = "metr
     return [Section("", [tables.efficiency_table(result), notes, *strength, *inputs])]
 
 
-def plot_gear(result: EfficiencyResult, ax: Axes | None) -> Axes:
-    """Friction and loss over a pinion pitch."""
-    return plot_friction_and_loss(result, ax)
+plot_gear = plot_friction_and_loss
 
 
 def design_of(result: EfficiencyResult) -> PairDesign:
@@ -85,17 +81,13 @@ def _title(result: EfficiencyResult) -> str:
 
 def load_figures(flank: FlankMap) -> Iterator[Picture]:
     """Figures of the loaded flanks."""
-    yield Picture(
-        partial(flank_plots.contact_figure, flank),
+    text = (
         "Contact pattern under load: Hertz pressure over the loaded part of the flank in the mesh cycle. Orange: "
-        "contact lines at the position of maximum pressure, with a width in proportion to the load per length.",
-        "contact_pattern_gear",
+        "contact lines at the position of maximum pressure, with a width in proportion to the load per length."
     )
-    yield Picture(
-        partial(flank_plots.contact_figure, flank, "pinion"),
-        "Contact pattern under load on the pinion.",
-        "contact_pattern_pinion",
-    )
+    yield Picture(partial(flank_plots.contact_figure, flank), text, "contact_pattern_gear")
+    text = "Contact pattern under load on the pinion."
+    yield Picture(partial(flank_plots.contact_figure, flank, "pinion"), text, "contact_pattern_pinion")
     for field, caption in (
         (flank_plots.PRESSURE, "Hertz pressure on the gear flank; the outline encloses the loaded part."),
         (flank_plots.LOAD, "Load per length of contact line."),
@@ -110,12 +102,11 @@ def field_picture(flank: FlankMap, field: flank_plots.Field, caption: str) -> Pi
 
 def loss_figures(flank: FlankMap) -> Iterator[Picture]:
     """Lubrication, friction and loss over the gear flank."""
-    yield Picture(
-        partial(flank_plots.sliding_figure, flank),
+    text = (
         "Sliding velocity in the projection of the flank. In a hypoid gear the lengthwise component does not vanish at "
-        "the pitch cone (dash-dotted line).",
-        "sliding",
+        "the pitch cone (dash-dotted line)."
     )
+    yield Picture(partial(flank_plots.sliding_figure, flank), text, "sliding")
     for field, caption in (
         (flank_plots.SLIDE_TO_ROLL, "Magnitude of the sliding vector over the entrainment speed."),
         (flank_plots.FILM_RATIO, "Smooth isothermal film over the composite roughness Rq."),
@@ -166,27 +157,23 @@ def strength_figures(flank: FlankMap) -> Iterator[Picture]:
 
 def page_sections(result: EfficiencyResult, grid: Grid | None = None, units: Units = "metric") -> list[Section]:
     """Sections of the page of one operating point; for a map, its sections and one of its points in detail."""
-    design = design_of(result)
-    flank = FlankMap.of(design.flanks(), result) if isinstance(design, Design) else None
+    design, placed = design_of(result), ""
+    flank: FlankMap | None = None
     of_design: Sequence[str] = ()
     if isinstance(design, Design):
+        flank = FlankMap.of(design.flanks(), result)
         of_design = geometry_notes(design, "coast" if result.side == "coast" else "drive")
-    placed = f"{misalignment_text(design).capitalize()}. " if isinstance(design, Design) else ""
-    head = Head(
-        f"Gear efficiency: {design.name}",
-        f"{placed}Source of the design: {design.source or 'not stated'}",
-        SPIN,
-    )
+        placed, of_teeth = f"{misalignment_text(design).capitalize()}. ", _design_items(design, units)
+    else:
+        of_teeth = [Table(("quantity", "pinion / gear"), cast("CylindricalDesign", design).rows())]
+    source = f"{placed}Source of the design: {design.source or 'not stated'}"
+    head = Head(f"Gear efficiency: {design.name}", source, SPIN)
     on_tooth: list[Section] = []
     if flank is not None and flank.drawable:
         on_tooth = [
             Section("Contact under load", [Row(list(load_figures(flank)))]),
             Section("Lubrication, friction and loss on the tooth", [Row(list(loss_figures(flank)))]),
         ]
-    if isinstance(design, Design):
-        of_teeth = _design_items(design, units)
-    else:
-        of_teeth = [Table(("quantity", "pinion / gear"), cast("CylindricalDesign", design).rows())]
     return [
         Section("", [head, _inputs_table(result, design), *_headline(result, of_design, grid)]),
         *([Section("Efficiency over torque, speed and temperature", _map_items(grid, result))] if grid else []),
@@ -347,11 +334,6 @@ def _finish(member: MemberInput, texture: FlankSurfaceInput) -> tuple[str, ...]:
 
 
 def _design_items(design: Design, units: Units) -> list[Item]:
-    rows = summary_rows(design, units)
-    flanks = (
-        Table((words(part), "unit", *FLANKS), lines, "Settings that are zero for all four flanks are omitted.")
-        for part, lines in setting_tables(rows).items()
-    )
     surface = [
         (name, member.material, *_finish(member, design.surface))
         for name, member in (("pinion", design.pinion), ("gear", design.gear))
@@ -363,6 +345,6 @@ def _design_items(design: Design, units: Units) -> list[Item]:
         Table(heads, surface),
         Folded(
             "Gear data for drawings, cutters and machine settings",
-            [design_drawing(design).table(units), *flanks],
+            [design_drawing(design).table(units), *settings_tables(design, units)],
         ),
     ]

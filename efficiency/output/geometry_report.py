@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from efficiency.design.design import Design
-    from efficiency.geometry.design_drawing import design_drawing
 from efficiency.geometry.pair_geometry import PairGeometry, SideGeometry
 
 SETTING_HEADER = ("setting", "unit", *FLANKS)
@@ -123,6 +122,13 @@ def setting_tables(rows: list[SummaryRow]) -> dict[str, list[tuple[str, ...]]]:
     return tables
 
 
+def settings_tables(design: Design, units: Units) -> list[Table]:
+    """Cutters and machine settings of each flank."""
+    note = "Settings that are zero for all four flanks are omitted."
+    parts = setting_tables(summary_rows(design, units)).items()
+    return [Table((words(part), "unit", *FLANKS), rows, note) for part, rows in parts]
+
+
 def words(name: str) -> str:
     """A field name as text."""
     return name.replace("_", " ")
@@ -140,9 +146,8 @@ def misalignment_text(design: Design) -> str:
 def geometry_tables(geometry: PairGeometry, units: Units = "metric") -> list[Table]:
     """Blanks, cutters and machine settings, flanks and unloaded contact."""
     design = geometry.design
-    summary = summary_rows(design, units)
     tables = [design_drawing(design).table(units)]
-    for part, rows in setting_tables(summary).items():
+    for part, rows in setting_tables(summary_rows(design, units)).items():
         tables.append(Table(SETTING_HEADER, rows, f"{words(part).capitalize()} of each flank"))
     tables.append(flank_table(geometry))
     if geometry.sides:
@@ -232,10 +237,7 @@ def _blanks(geometry: PairGeometry, units: Units) -> Section:
 
 
 def _settings(geometry: PairGeometry, units: Units) -> Section:
-    note = "Settings that are zero for all four flanks are omitted."
-    tables = setting_tables(summary_rows(geometry.design, units)).items()
-    settings = [Table((words(part), "unit", *FLANKS), rows, note) for part, rows in tables]
-    return Section("Cutters and machine settings", [*settings, flank_table(geometry)])
+    return Section("Cutters and machine settings", [*settings_tables(geometry.design, units), flank_table(geometry)])
 
 
 def _contact(geometry: PairGeometry) -> Section:
