@@ -9,7 +9,7 @@ from pathlib import Path
 from ehl.common.errors import InputError, near, same_name
 
 _PACKAGED = Path(__file__).resolve().parents[1] / "_data"
-_CHECKOUT = Path(__file__).resolve().parents[2] / "data"
+_ROOT = _PACKAGED if _PACKAGED.is_dir() else Path(__file__).resolve().parents[2] / "data"
 
 
 def data_path(*parts: str) -> Path:
@@ -17,10 +17,10 @@ def data_path(*parts: str) -> Path:
 
     *parts: path components below the data folder, e.g. ``("oils", "fva3.toml")``.
     """
-    root = _PACKAGED if _PACKAGED.is_dir() else _CHECKOUT
-    return root.joinpath(*parts)
+    return _ROOT.joinpath(*parts)
 
 
+@cache
 def data_names(folder: str, suffix: str = ".toml") -> tuple[str, ...]:
     """Names (without suffix) of the shipped files in one data folder, sorted."""
     place = data_path(folder)

@@ -155,6 +155,30 @@ class Walls(NamedTuple):
     difference: float  # bulk temperature of body 2 less that of body 1
 
 
+@kernel(**KERNEL)
+def conduct(matrix_1, matrix_2, conductance, factors, pivots, weights):
+    """Fill factors and pivots of `Walls`, and the weights w of `heat_balance`.
+
+    The mean surface temperature rises by about w_i (A1 + A2)_ij per heat, exactly for bodies whose rises have a
+    constant ratio.
+    """
+    first, second = 0.0, 0.0
+    for i in range(conductance.size):
+        row, one, other = factors[i], 0.0, 0.0
+        for j in range(conductance.size):
+            row[j] = conductance[i] * (matrix_1[i, j] + matrix_2[i, j])
+            one += matrix_1[i, j]
+            other += matrix_2[i, j]
+        row[i] += 1.0
+        weights[i] = conductance[i] * (one + other)
+        first += one
+        second += other
+    share = (first - second) / (first + second)
+    for i in range(conductance.size):
+        weights[i] = 0.25 * (1.0 - share * share * weights[i] / (1.0 + weights[i]))
+    factored(factors, pivots)
+
+
 # of a film at its nodes: ln(|v_s|/h), h/(8 k), heat that is not of shear and what it adds to the film temperature
 # (surfaces apart); surface temperature and rise of the parabola above it at which ln(eta) and its slope in temperature
 # are known
@@ -211,13 +235,13 @@ def film_stress(film, i, temperature_change):
 
 
 @kernel(**KERNEL)
-def heat_balance(walls, film, surface, log_stress, tolerance, most, wall, log_eta, into_1):
+def heat_balance(walls, film, weights, surface, log_stress, tolerance, most, wall, log_eta, into_1):
     """Newton's method for ln(tau) = ln(tau(p, h, T(tau))) on all nodes under pressure.
 
-    ``surface`` is the rise of the mean surface temperature per heat, an estimate of it for the matrix alone; a matrix
-    that shortens the residual to a quarter is kept. ``log_stress`` is where it starts and ends; surface temperature,
-    ln(eta) and heat into body 1 are left in the last three. Returns whether the residual is below the tolerance, and
-    the number of matrices.
+    ``surface`` is the rise of the mean surface temperature per heat, for the matrix alone; where it is empty, that of
+    `conduct` with its ``weights``. A matrix that shortens the residual to a quarter is kept. ``log_stress`` is where it
+    starts and ends; surface temperature, ln(eta) and heat into body 1 are left in the last three. Returns whether the
+    residual is below the tolerance, and the number of matrices.
     """
     n, nodes = log_stress.size, film.nodes
     matrix, pivots, rows = np.empty((n, n)), np.empty(n, np.int32), np.zeros((9, n))
@@ -271,9 +295,13 @@ def heat_balance(walls, film, surface, log_stress, tolerance, most, wall, log_et
             for i in range(n):
                 heat[i] = film.speed * math.exp(log_stress[i])
             for i in range(n):
-                row = matrix[i]
-                for j in range(n):
-                    row[j] = -slope[i] * surface[i, j] * heat[j]
+                row, by_heat = matrix[i], -slope[i] * weights[i]
+                if surface.size > 0:
+                    for j in range(n):
+                        row[j] = -slope[i] * surface[i, j] * heat[j]
+                else:
+                    for j in range(n):
+                        row[j] = by_heat * (walls.matrix_1[i, j] + walls.matrix_2[i, j]) * heat[j]
                 row[i] += 1.0 - slope[i] * nodes[RESISTANCE, i] * heat[i]
             if not factored(matrix, pivots):
                 return False, matrices

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy.linalg.lapack import dgesv, dgetrf, dgetrs
+from scipy.linalg.lapack import dgesv, dgetrs
 
 from ehl.common.arrays import FloatArray
 from ehl.fluid.lubricant import Lubricant
@@ -74,7 +74,7 @@ class Conducted:
     """Conduction in both bodies and through a given film between them."""
 
     walls: Walls  # for the compiled loops
-    total: FloatArray  # sum of both conduction matrices
+    weights: FloatArray  # of `ehl.heat._kernels.conduct`
     resistance: FloatArray  # h/(8 k) of the film
 
     def into_1(self, heat: FloatArray, difference: float = 0.0) -> FloatArray:
@@ -88,13 +88,6 @@ class Conducted:
         """Mean rise of both surfaces."""
         part = self.into_1(heat)
         return np.asarray(0.5 * (self.walls.matrix_1 @ part + self.walls.matrix_2 @ (heat - part)))
-
-    def estimate(self) -> FloatArray:
-        """Approximation of `exact` for bodies whose temperature rises have a constant ratio."""
-        first, second = float(self.walls.matrix_1.sum()), float(self.walls.matrix_2.sum())
-        through = self.walls.conductance * self.total.sum(axis=1)
-        held = ((first - second) / (first + second)) ** 2 * through / (1.0 + through)
-        return np.asarray(0.25 * (1.0 - held)[:, None] * self.total)
 
     def exact(self) -> FloatArray:
         """Rise of the mean surface temperature per heat."""
@@ -163,9 +156,10 @@ def film_temperature(
     stress, wall = guess or (np.zeros_like(film), np.full_like(film, walls.mean))
     if not (stress[wet] > 0.0).all():
         stress = np.where(stress > 0.0, stress, _stress(pressure, film, wall, lubricant, speed))
-    surface, exact = conducted.estimate(), False
+    surface, exact = np.empty((0, 0)), False
     # bounds the temperature rise of an isothermal initial guess, which may be arbitrarily large
-    stress = np.minimum(stress, _MAX_RISE / np.maximum(speed * (surface.diagonal() + resistance), 1e-300))
+    alone = conducted.weights * (walls.matrix_1.diagonal() + walls.matrix_2.diagonal()) + resistance
+    stress = np.minimum(stress, _MAX_RISE / np.maximum(speed * alone, 1e-300))
     rise, law = speed * resistance * stress, lubricant.shear_law
     cut = law.limit_slope if law.limited and law.limit == "cut" else math.inf
     nodes = np.empty((_kernels.ROWS, film.size))
@@ -183,7 +177,7 @@ def film_temperature(
         nodes[_kernels.BY_TEMPERATURE] = lubricant.dlog_viscosity_dtemperature(pressure, here[0])
         most = max_iterations - iterations if exact else min(max_iterations - iterations, _PATIENCE)
         done, matrices_used = _kernels.heat_balance(
-            walls, model, surface, log_stress, tolerance, most, next_wall, log_eta, into_1
+            walls, model, conducted.weights, surface, log_stress, tolerance, most, next_wall, log_eta, into_1
         )
         iterations += max(matrices_used, 1)
         if not done:
@@ -256,13 +250,12 @@ def traction_of(
 def _conducted(
     pressure: FloatArray, film: FloatArray, lubricant: Lubricant, bulk: tuple[float, float], matrices: Matrices
 ) -> Conducted:
-    k_film, total = lubricant.film_conductivity(pressure, lubricant.thermal_conductivity), matrices[0] + matrices[1]
+    k_film, n = lubricant.film_conductivity(pressure, lubricant.thermal_conductivity), film.size
+    factors, pivots, weights = np.empty((n, n)), np.empty(n, np.int32), np.empty(n)
     conductance = k_film / film
-    system = conductance[:, None] * total
-    system.flat[:: film.size + 1] += 1.0
-    factors, pivots, _ = dgetrf(system.T, overwrite_a=True)
-    walls = Walls(*matrices, factors.T, pivots + 1, conductance, 0.5 * (bulk[0] + bulk[1]), bulk[1] - bulk[0])
-    return Conducted(walls, total, film / (8.0 * k_film))
+    _kernels.conduct(*matrices, conductance, factors, pivots, weights)
+    walls = Walls(*matrices, factors, pivots, conductance, 0.5 * (bulk[0] + bulk[1]), bulk[1] - bulk[0])
+    return Conducted(walls, weights, film / (8.0 * k_film))
 
 
 _MAX_RISE = 500.0  # K

@@ -100,6 +100,66 @@ def log_kernel(s):
 
 
 @njit(**INTERNAL_KERNEL)
+def _density(terms, x):
+    """Sum of the Lorentzians of a mesh."""
+    total = 0.0
+    for k in range(terms.shape[1]):
+        away = x - terms[0, k]
+        total += terms[2, k] * terms[1, k] / (terms[1, k] * terms[1, k] + away * away)
+    return total
+
+
+@njit(**INTERNAL_KERNEL)
+def _place(terms, x):
+    """Integral of `_density`, a sum of arctangents."""
+    total = 0.0
+    for k in range(terms.shape[1]):
+        total += terms[2, k] * math.atan((x - terms[0, k]) / terms[1, k])
+    return total
+
+
+@kernel(**KERNEL)
+def graded_points(terms, x_in, x_exit, x):
+    """Fill ``x`` with points from x_in to x_exit that are uniform in the integral of the density.
+
+    From point to point by the Runge-Kutta method for dx/dF = 1/density, corrected by Newton's method for F.
+    """
+    n = x.size
+    first = _place(terms, x_in)
+    step = (_place(terms, x_exit) - first) / (n - 1)
+    x[0], x[n - 1] = x_in, x_exit
+    for i in range(1, n - 1):
+        # one place for each long function: put in at several, they would take twice as long to compile
+        here, moved, total, slope = x[i - 1], 0.0, 0.0, 0.0
+        for stage in range(4):
+            moved = 0.5 * step * slope if stage < 3 else step * slope
+            slope = 1.0 / _density(terms, min(here + moved, x_exit))
+            total += (1.0 if stage == 0 or stage == 3 else 2.0) * slope
+        here = min(here + step * total / 6.0, x_exit)
+        for _ in range(50):
+            miss = _place(terms, here) - first - i * step
+            here = min(max(here - miss / _density(terms, here), x[i - 1]), x_exit)
+            if abs(miss) < 1e-4:  # quadratic convergence
+                break
+        x[i] = here
+
+
+@kernel(**KERNEL)
+def sharpest(x, pressure, least, start, stop):
+    """Place and length of the largest curvature of the pressure over itself between two points; length 0 for none."""
+    place, shortest = 0.0, math.inf
+    for i in range(1, x.size - 1):
+        if not start < x[i] < stop:
+            continue
+        right, left = x[i + 1] - x[i], x[i] - x[i - 1]
+        bend = abs((pressure[i + 1] - pressure[i]) / right - (pressure[i] - pressure[i - 1]) / left)
+        length = max(pressure[i], least) * 0.5 * (left + right) / max(bend, 1e-12)
+        if length < shortest:
+            place, shortest = x[i], length
+    return place, math.sqrt(shortest) if shortest < math.inf else 0.0
+
+
+@njit(**INTERNAL_KERNEL)
 def _mobility(log_eta, h, gamma, cross):
     """Film mobility f = S-factor/eta with its derivatives in ln(eta) and h.
 

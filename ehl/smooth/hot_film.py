@@ -45,7 +45,14 @@ SHORTEST, SHORTER, LONGER = 0.15, 0.6, 1.3
 FALLING = 0.7
 MEMORY = 4
 MASS_RESIDUAL = 5e-4  # largest mass residual over the flow with the factors of an earlier round
-SAME_MESH = 0.1  # change of the mesh stretch over the tolerance up to which conduction matrices are reused
+# change of the mesh stretch over the tolerance up to which conduction matrices, which change by less, are reused
+SAME_MESH = 0.5
+# tuned with tests/verification/ehl/test_thermal_steady.py and 48 contacts of the gear range: error of friction and
+# films over the change of ln(viscosity) extrapolated to a finer grid, and this error over the tolerance up to which the
+# grid has no heat balance of its own
+EXTRAPOLATION_ERROR, EXTRAPOLATED = 0.1, 5.0
+# the changes of the rounds are taken to fall at least and at most by these factors
+FALL = (0.2, 0.5)
 
 
 @dataclass(frozen=True)
@@ -88,10 +95,11 @@ class Mixer:
     other nodes.
 
     relaxation: share of the residual in the next step [-].
+    part: part of that step after halving [-].
     """
 
     def __init__(self, used: Offset) -> None:
-        self.used, self.relaxation, self._norm = used, RELAXATION, math.inf
+        self.used, self.relaxation, self.part, self._norm = used, RELAXATION, 1.0, math.inf
         self._before: tuple[FloatArray, FloatArray] | None = None  # offset and residual of the last round
         self._secants: list[tuple[FloatArray, FloatArray]] = []  # changes of both between rounds
 
@@ -114,7 +122,7 @@ class Mixer:
             self._secants = [*self._secants[2 - MEMORY :], secant]
         if norm < FALLING * self._norm:
             self.relaxation = min(LONGER * self.relaxation, RELAXATION)
-        self._before, self._norm = (used, residual), norm
+        self._before, self._norm, self.part = (used, residual), norm, 1.0
         mixed = used + self.relaxation * residual
         if self._secants:
             steps, changes = (np.array(part).T for part in zip(*self._secants, strict=True))
@@ -125,6 +133,7 @@ class Mixer:
     def halve(self) -> None:
         """Halve the last step after a failed film solution."""
         assert self._before is not None
+        self.part *= 0.5
         self.used = Offset(self.used.x, 0.5 * (self.used.values + self._before[0]))
 
 
@@ -133,7 +142,9 @@ class HotFilm:
 
     x: nodes of the last heat balance, in half-widths.
     found: last heat balance.
-    change: relative change of friction and the larger one of both films in the last round [-].
+    change: relative change of friction and the larger one of both films in further rounds [-]: the change of the last
+        round times f + f^2 + ..., with its ratio f to the one before.
+    extrapolated: error of both by temperatures extrapolated to the last grid [-].
     rounds, iterations: rounds and Newton iterations of the film on all grids.
     """
 
@@ -143,21 +154,24 @@ class HotFilm:
         # on a step of Newton's method; the error is far smaller
         self._film_tolerance = self._heat_tolerance = 0.03 * tolerance
         self.found: FilmTemperature | None = None
-        self.change = (math.inf, math.inf)
+        self.change, self._last = (math.inf, math.inf), math.inf
+        self.extrapolated = 0.0
         self.rounds = self.iterations = 0
         self.x: FloatArray = np.zeros(0)
         self._mixer = Mixer(Offset(self.x, self.x))
         # change of the offset between the last two grids
         self._trend: tuple[FloatArray, FloatArray] | None = None
         self._grids = 0
+        self._level: Level | None = None  # that of the last grid
         self._matrices: tuple[NodeGrid, float, Matrices] | None = None
         self._factors: tuple[NodeGrid, NewtonFactors] | None = None
 
     def started(self, cold: Level, guess: Offset | None) -> Level:
         """Thermal film on a coarse grid graded for it, from the isothermal film and a guess of the offset."""
-        grading, nodes = cold.grid.grading, cold.grid.nodes
-        grid = NodeGrid.of(grading, nodes if nodes.size >= HARD_NODES else grading.points(HARD_NODES))
-        start = transfer(cold, grid)
+        grid, start = cold.grid, cold.unknowns
+        if grid.nodes.size >= HARD_NODES:
+            grid = NodeGrid.of(grid.grading, grid.nodes)
+            start = transfer(cold, grid)
         x = _nodes(grid, start)
         mixer = Mixer(Offset(x, np.zeros(x.size))) if guess is None else Mixer(guess).on_nodes(x)
         try:
@@ -170,11 +184,22 @@ class HotFilm:
 
     def solved(self, grid: NodeGrid, guess: Unknowns) -> Level:
         """Thermal film on a grid, from a guess of the film and the heat balance of the last grid."""
-        x, spent = _nodes(grid, guess), self.iterations
+        spent = self.iterations
+        if self._level is not None and grid is self._level.grid:
+            self._grids, level = 1, self._settled(self._level, self._mixer, self.tolerance)
+            return replace(level, iterations=self.iterations - spent)
+        x = _nodes(grid, guess)
         mixer = self._mixer.on_nodes(x, finer=True)
         expected = mixer.used
         if self._trend is not None and self._grids >= 2:
-            mixer.used = Offset(x, expected.values + 0.25 * np.interp(x, *self._trend))
+            trend = 0.25 * np.interp(x, *self._trend)
+            mixer.used = Offset(x, expected.values + trend)
+            self.extrapolated = EXTRAPOLATION_ERROR * float(np.abs(trend).max())
+            if self.extrapolated <= EXTRAPOLATED * self.tolerance:
+                self._trend, self._grids = None, 0
+                level = self._film(grid, mixer, guess)
+                return replace(level, iterations=self.iterations - spent)
+        self.extrapolated = 0.0
         grids, self._grids = self._grids, 0
         level = self._settled(self._film(grid, mixer, guess), mixer, self.tolerance)
         self._trend, self._grids = (x, self._mixer.used.values - expected.values), grids + 1
@@ -183,7 +208,10 @@ class HotFilm:
     def _settled(self, level: Level, mixer: Mixer, tolerance: float, regraded: bool = False) -> Level:
         """Iterate until friction and film change by less than the tolerance, with regrading if requested."""
         numbers, guess = numbers_of(level, self.shear).as_array(), self._guess_at(level.x)
-        self.change = (math.inf, math.inf)
+        if level is not self._level:
+            self.change, self._last = (math.inf, math.inf), math.inf
+        elif max(self.change) <= tolerance:
+            return level
         for _ in range(MAX_ROUNDS):
             self.rounds += 1
             found = self.model.balance(level, self._matrices_of(level), guess, self._heat_tolerance)
@@ -199,13 +227,16 @@ class HotFilm:
             except NewtonFailure:
                 if max(self.change) > ACCEPTED_CHANGE:
                     raise
-                # no further film solution exists near this one: accept it with its last change
+                # no further film solution exists near this one: accept it with the change that is left
                 break
             before, numbers = numbers, numbers_of(level, self.shear).as_array()
             # changes scaled to a full step
             friction, films = _changes(before, numbers)
-            whole = RELAXATION / mixer.relaxation
-            self.change = whole * friction, whole * films
+            whole = RELAXATION / (mixer.relaxation * mixer.part)
+            change = whole * max(friction, films)
+            fall = min(max(change / self._last, FALL[0]), FALL[1]) if 0.0 < self._last < math.inf else FALL[1]
+            left, self._last = whole * fall / (1.0 - fall), change
+            self.change = left * friction, left * films
             self.x, self._mixer, self.found = heated, mixer, found
             features = features_of_level(level) if regraded else level.features
             if not features.close_to(level.features):
@@ -216,9 +247,10 @@ class HotFilm:
                 guess = self._guess_at(level.x)
                 numbers = numbers_of(level, self.shear).as_array()
             elif max(self.change) <= tolerance:
-                return level
+                break
         if max(self.change) > ACCEPTED_CHANGE:
             raise NewtonFailure("thermal_rounds", 0)
+        self._level = level
         return level
 
     def _film(self, grid: NodeGrid, mixer: Mixer, start: Unknowns) -> Level:

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ehl.common.arrays import FloatArray
+from ehl.smooth._kernels import graded_points, sharpest
 
 TIP = 1e-3  # smallest resolved spike length, in half-widths
 LADDER_RATIO = 2.5  # widths of neighbouring rungs
-_TABLE = np.tan(np.linspace(-1.55, 1.55, 21))  # points about each centre, in widths
 INLET_MARGIN = 40.0  # inlet length over the length of the loaded zone; beyond it an open parabola
 
 
@@ -60,48 +60,17 @@ class Grading:
 
     def points(self, count: int) -> FloatArray:
         """``count`` points, uniform in the integral of the density (a sum of arctangents)."""
-        table_x = self._table()
-        table, density = self._integral(table_x)
-        goal = table[0] + (table[-1] - table[0]) / (count - 1) * np.arange(count)
-        # inverse cubic between the points of the table
-        k = np.minimum(np.maximum(np.searchsorted(table, goal) - 1, 0), table.size - 2)
-        steps, slope = np.diff(table), 1.0 / density
-        step, rise = steps[k], np.diff(table_x)[k]
-        low, high, t = step * slope[k], step * slope[1:][k], (goal - table[k]) / step
-        x = table_x[k] + t * (low + t * (3.0 * rise - 2.0 * low - high + t * (low + high - 2.0 * rise)))
-        for _ in range(6):
-            integral, density = self._integral(x)
-            miss = integral - goal
-            x = np.minimum(np.maximum(x - miss / density, self.x_in), self.x_exit)
-            if np.abs(miss).max() < 1e-4:  # quadratic convergence
-                break
-        x[0], x[-1] = self.x_in, self.x_exit
-        return np.asarray(x)
-
-    def _integral(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Integral of the density, and the density."""
-        centre, width, amount = self.terms
-        place = (x - centre[:, None]) * (1.0 / width)[:, None]
-        integral = amount @ np.arctan(place)
-        np.multiply(place, place, out=place)
-        place += 1.0
-        return integral, (amount / width) @ np.reciprocal(place, out=place)
-
-    def _table(self) -> FloatArray:
-        """Points dense enough for the start of Newton's method in the inversion."""
-        parts = self.terms[0][:, None] + self.terms[1][:, None] * _TABLE
-        x = np.sort(parts, axis=None)
-        x = x[np.searchsorted(x, self.x_in, "right") : np.searchsorted(x, self.x_exit)]
-        return np.concatenate([[self.x_in], x[:-1][x[1:] > x[:-1]], x[-1:], [self.x_exit]])
+        x = np.empty(count)
+        graded_points(self.terms, self.x_in, self.x_exit, x)
+        return x
 
 
 def _ladder(centre: float, widest: float, narrowest: float, amount: float) -> list[tuple[float, float, float]]:
     """Lorentzians of one centre with widths decreasing from widest to narrowest."""
-    steps = max(0, int(np.ceil(np.log(widest / narrowest) / np.log(LADDER_RATIO))))
+    steps = max(0, math.ceil(math.log(widest / narrowest) / math.log(LADDER_RATIO)))
     if steps == 0:
         return [(centre, narrowest, amount)]
-    widths = widest * (narrowest / widest) ** (np.arange(steps + 1) / steps)
-    return [(centre, float(w), amount) for w in widths]
+    return [(centre, widest * (narrowest / widest) ** (k / steps), amount) for k in range(steps + 1)]
 
 
 def grade(features: Features) -> Grading:
@@ -124,23 +93,13 @@ def grade(features: Features) -> Grading:
 def features_of(x: FloatArray, pressure: FloatArray, flow: float) -> Features:
     """Features of a solution."""
     size = math.sqrt(1.0 + 2.0 * flow)
-    step = x[1:] - x[:-1]
-    slope = (pressure[1:] - pressure[:-1]) / step
-    bend = np.abs(slope[1:] - slope[:-1]) / (0.5 * (step[1:] + step[:-1]))
-    # curvature lengths of the pressure; the lower bound excludes the vanishing pressure at the ends
-    length = np.sqrt(np.maximum(pressure[1:-1], 0.4) / np.maximum(bend, 1e-12))
-    inner, end = x[1:-1], float(x[-1])
+    end = float(x[-1])
     sweep = min(1.5 * flow ** (2.0 / 3.0), 0.5 * size)
-
-    def sharpest(start: float, stop: float, fallback: float) -> tuple[float, float]:
-        first, last = np.searchsorted(inner, start, "right"), np.searchsorted(inner, stop)
-        if not first < last:
-            return fallback, sweep
-        k = first + int(np.argmin(length[first:last]))
-        return float(inner[k]), float(length[k])
-
-    inlet, inlet_width = sharpest(-4.0 * size, -0.2 * size, -1.0)
-    spike, spike_width = sharpest(0.2, end - 1e-3 * size, 0.9 * end)
+    # curvature lengths of the pressure; the lower bound excludes the vanishing pressure at the ends
+    (inlet, inlet_width), (spike, spike_width) = (
+        found if (found := sharpest(x, pressure, 0.4, start, stop))[1] > 0.0 else (fallback, sweep)
+        for start, stop, fallback in ((-4.0 * size, -0.2 * size, -1.0), (0.2, end - 1e-3 * size, 0.9 * end))
+    )
     return Features(
         flow, end, inlet, min(max(inlet_width, 0.3 * sweep), sweep), spike, min(max(0.5 * spike_width, TIP), 0.4 * size)
     )

@@ -102,14 +102,19 @@ def nested(
 
     `solve` returns the thermal film on a grid from a guess of the film; without it the solution is isothermal.
     """
-    scaled, grading = near.scaled, grade(features_of_level(near))
-    nodes = refined(COARSEST[accuracy], scaled)
+    scaled, nodes = near.scaled, refined(COARSEST[accuracy], near.scaled)
+    # a thermal film on a mesh of this size that fits it needs no further heat balance
+    fits = solve is not None and near.x.size == nodes
+    grading = near.grid.grading if fits else grade(features_of_level(near))
     most = refined(MAX_NODES[accuracy], scaled)
     levels: list[Level] = []
     points = grading.points(8 * nodes - 7)  # of the third grid; they include those of the first two
     while True:
         stride = (points.size - 1) // (2 * nodes - 2)
-        grid = NodeGrid.of(grading, points[::stride] if stride else grading.points(2 * nodes - 1))
+        if fits:
+            grid, fits = near.grid, False
+        else:
+            grid = NodeGrid.of(grading, points[::stride] if stride else grading.points(2 * nodes - 1))
         guess = transfer(levels[-1] if levels else near, grid)
         if len(levels) >= 2:
             guess = _corrected(levels, guess)

@@ -12,6 +12,7 @@ import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -144,14 +145,14 @@ def _attempts(scaled: ScaledContact, start: SteadyResult | None) -> list[_Attemp
     """Ways to a solution in order of trial."""
     hard, blunt = refined(HARD_NODES, scaled), scaled.rounded()
     nodes = PATH_NODES if hard == HARD_NODES else hard
-    attempts = [_Attempt("", lambda report: cold_path(scaled, nodes, report))]
+    attempts = [_Attempt("", partial(cold_path, scaled, n)) for n in dict.fromkeys((nodes, hard))]
     if blunt.gamma > scaled.gamma:
-        attempts.append(_Attempt(ROUNDED, lambda report: cold_path(blunt, hard, report)))
+        attempts.append(_Attempt(ROUNDED, partial(cold_path, blunt, hard)))
     if start is None or start.coarse is None:
         return attempts
     neighbour, first = start.coarse, blunt if ROUNDED in start.fallbacks else scaled
     return [
-        _Attempt(ROUNDED if first is blunt else "", lambda report: from_neighbour(neighbour, first, report)),
+        _Attempt(ROUNDED if first is blunt else "", partial(from_neighbour, neighbour, first)),
         _Attempt("neighbour_too_far", attempts[0].run),
         *attempts[1:],
     ]

@@ -2,8 +2,8 @@
 
 1. The isothermal film gives an estimate of the thermal effect.
 2. If it is not negligible, film and temperatures are iterated on a coarse grid (`ehl.smooth.hot_film`).
-3. Nested grids start from the previous grid and give Richardson values with errors. The temperatures are those of the
-   finest grid.
+3. Nested grids start from the previous grid and give Richardson values with errors. The temperatures of the third grid
+   are extrapolated from the first two if they change little; the result has those of the last heat balance.
 """
 
 import math
@@ -27,7 +27,7 @@ from ehl.smooth.solver import ROUNDED, SteadyResult, film_shear, solve_steady, s
 
 Thermal = Literal["auto", "on", "off"]
 
-# tolerance on the change of friction and film between two rounds
+# tolerance on the change of friction and film in further rounds
 ROUND_TOLERANCE: dict[str, float] = {"fast": 1e-3, "standard": 2e-4, "reference": 2e-5}
 # tuned with tests/verification/ehl/test_cold_oil.py: reference temperatures of the oil above the bodies [K], for cold
 # films that do not converge with the inlet temperature; the first suffices for 100 contacts from -40 degC on
@@ -40,13 +40,13 @@ class SmoothFilm:
 
     status: Literal["converged", "failed"]
     # empty; a reason of the film solver; "no_thermal_balance", "not_finite"; or "thermal_rounds" (film and temperature
-    # changed by more than 10 % in the last round)
+    # would change by more than 10 % in further rounds)
     reason: str
     film: SteadyResult  # with the viscosity at the film temperature; friction and grid error are the thermal ones
     isothermal: SteadyResult  # the same contact without thermal effects
     friction_fluid: float  # [-]
-    # relative: grid errors of film and heat balance, and half the change in the last round (the whole change if it
-    # exceeds the tolerance)
+    # relative: grid errors of film and heat balance, the expected change in further rounds, and the error of
+    # extrapolated temperatures
     friction_error: float
     film_error: float
     # highest film and surface temperature [K]
@@ -58,7 +58,7 @@ class SmoothFilm:
     # |heat into both bodies - power|/power, with the power from the shear stress of the film solver on its mesh [-]
     energy_residual: float = 0.0
     rounds: int = 0
-    rounds_left: bool = False  # whether the last change was between tolerance and 10 %
+    rounds_left: bool = False  # whether that change is between tolerance and 10 %
     skipped: tuple[str, ...] = ()
 
     @property
@@ -136,21 +136,19 @@ def solve_smooth(
         np.trapezoid(heat.rolling_heat, heat.x)
     )
     into = float(np.trapezoid(heat.heat_flux_1 + heat.heat_flux_2, heat.x))
-    unsettled = max(hot.change) > tolerance
-    last_share = 1.0 if unsettled else 0.5
     return replace(
         base,
         film=film,
         heat=heat,
         friction_fluid=film.friction_fluid,
-        friction_error=film.friction_error + last_share * hot.change[0],
-        film_error=film.film_error + last_share * hot.change[1],
+        friction_error=film.friction_error + hot.change[0] + hot.extrapolated,
+        film_error=film.film_error + hot.change[1] + hot.extrapolated,
         temperature_film_max=heat.temperature_film_max,
         temperature_flash=heat.temperature_flash,
         energy_residual=abs(into - power) / power if power > 0.0 else 0.0,
         rounds=rounds,
         iterations=iterations,
-        rounds_left=unsettled,
+        rounds_left=bool(max(hot.change) > tolerance),
         skipped=(),
     )
 

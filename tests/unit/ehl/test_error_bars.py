@@ -97,29 +97,29 @@ def test_reported_errors_are_those_of_the_grids(monkeypatch: pytest.MonkeyPatch)
 
 
 @pytest.mark.parametrize(
-    ("change", "share"),
+    ("change", "unsettled"),
     [
-        (1e-4, 0.5),  # settled: half of the last change is left
-        (0.04, 1.0),  # not settled after all rounds, but acceptable: all of it
+        (1e-4, False),
+        (0.04, True),  # not settled after all rounds, but acceptable
     ],
 )
-def test_error_of_a_hot_film_has_two_terms(monkeypatch: pytest.MonkeyPatch, change: float, share: float) -> None:
-    """The grids of film and heat together, and the last round: each with its own number for friction and film."""
+def test_error_of_a_hot_film_has_three_terms(monkeypatch: pytest.MonkeyPatch, change: float, unsettled: bool) -> None:
+    """The grids of film and heat together, further rounds, and extrapolated temperatures."""
     solved = thermal._solved
 
     def balanced(hot: Any, *arguments: Any) -> Any:
         film = solved(hot, *arguments)
-        hot.change = (change, 0.5 * change)
+        hot.change, hot.extrapolated = (change, 0.5 * change), 3e-4
         return film
 
     monkeypatch.setattr(thermal, "_solved", balanced)
     line = LineContact.from_pressure(effective_modulus=226e9, **CONTACT)
     result = thermal.solve_smooth(line, Lubricant(0.02, 18e-9), (STEEL, STEEL), accuracy="fast")
     assert result.status == "converged"
-    assert result.rounds_left == (share == 1.0)
+    assert result.rounds_left == unsettled
     film = result.film
-    assert result.friction_error == pytest.approx(film.friction_error + share * change, rel=1e-12)
-    assert result.film_error == pytest.approx(film.film_error + share * 0.5 * change, rel=1e-12)
+    assert result.friction_error == pytest.approx(film.friction_error + change + 3e-4, rel=1e-12)
+    assert result.film_error == pytest.approx(film.film_error + 0.5 * change + 3e-4, rel=1e-12)
 
 
 def test_change_of_a_round_is_relative_to_the_newer_film() -> None:

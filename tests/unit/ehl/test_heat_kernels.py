@@ -6,11 +6,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from scipy.linalg.lapack import dgetrs
 from scipy.special import k0e, k1e
 
 from ehl.fluid.lubricant import PAO, Lubricant
 from ehl.heat import _kernels, conduction
-from ehl.heat.traction import Conducted, film_temperature, flux_to_surface_1
+from ehl.heat.traction import film_temperature, flux_to_surface_1
 from ehl.material import Material
 from ehl.smooth.mesh import Features, grade
 
@@ -142,6 +143,19 @@ def test_stress_and_temperature_fit_each_other(speeds, law):
     assert_allclose(found.conducted.exact() @ heat, found.conducted.rise(heat), rtol=1e-9)
 
 
+def test_conduction_of_a_film_between_two_bodies():
+    """Factors of I + k/h (A1 + A2), and an estimate of the rise that is exact for a constant ratio of both rises."""
+    rng, n = np.random.default_rng(0), 12
+    first = np.eye(n) + rng.random((n, n))
+    second, conductance = 0.4 * first, 0.1 + rng.random(n)
+    factors, pivots, weights = np.empty((n, n)), np.empty(n, np.int32), np.empty(n)
+    _kernels.conduct(first, second, conductance, factors, pivots, weights)
+    system, right = np.eye(n) + conductance[:, None] * (first + second), rng.random(n)
+    assert_allclose(dgetrs(factors.T, pivots - 1, right, trans=1)[0], np.linalg.solve(system, right), rtol=1e-9)
+    through = conductance * (first + second).sum(axis=1)
+    assert_allclose(weights, 0.25 * (1.0 - (0.6 / 1.4) ** 2 * through / (1.0 + through)), rtol=1e-12)
+
+
 def test_a_near_guess_leads_to_the_same_balance_sooner():
     exact, *_ = balanced(5.0, (7.5, 2.5))
     near = exact.stress * (1.0 + 0.02 * np.cos(np.arange(exact.stress.size))), exact.walls + 2.0
@@ -152,7 +166,13 @@ def test_a_near_guess_leads_to_the_same_balance_sooner():
 
 def test_a_useless_estimate_of_conduction_is_replaced(monkeypatch):
     exact, *_ = balanced(5.0, (7.5, 2.5))
-    monkeypatch.setattr(Conducted, "estimate", lambda self: np.eye(self.total.shape[0]))
+    first = _kernels.conduct
+
+    def useless(*arguments):
+        first(*arguments)
+        arguments[-1][:] = 1e3
+
+    monkeypatch.setattr(_kernels, "conduct", useless)
     found, *_ = balanced(5.0, (7.5, 2.5))
     assert found.converged
     assert_allclose(found.stress, exact.stress, rtol=1e-8)

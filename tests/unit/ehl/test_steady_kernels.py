@@ -128,6 +128,26 @@ def test_nodal_state_below_zero_pressure_continues_the_tangent():
         assert values[0] == pytest.approx(values[1], rel=1e-5, abs=1e-5)
 
 
+@pytest.mark.parametrize("count", [49, 97, 385])
+def test_points_are_uniform_in_the_integral_of_the_density(count):
+    grading = grade(Features(1e-3, 1.0, -1.0, 0.01, 0.98, 0.001))
+    x, (centre, width, amount) = grading.points(count), grading.terms
+    integral = np.arctan((x[:, None] - centre) / width) @ amount
+    np.testing.assert_allclose(integral, np.linspace(integral[0], integral[-1], count), atol=1e-6)
+    assert (x[0], x[-1]) == (grading.x_in, grading.x_exit)
+    assert np.all(np.diff(x) > 0.0)
+
+
+def test_sharpest_curvature(grid):
+    x, p = grid.nodes, np.exp(-((grid.nodes + 0.8) ** 2) / 0.02)
+    bend = np.abs(np.diff(np.diff(p) / np.diff(x))) / (0.5 * (x[2:] - x[:-2]))
+    length = np.sqrt(np.maximum(p[1:-1], 0.4) / np.maximum(bend, 1e-12))
+    inside = (x[1:-1] > -2.0) & (x[1:-1] < -0.5)
+    k = np.flatnonzero(inside)[np.argmin(length[inside])]
+    assert _kernels.sharpest(x, p, 0.4, -2.0, -0.5) == pytest.approx((x[1 + k], length[k]), rel=1e-12)
+    assert _kernels.sharpest(x, p, 0.4, 5.0, 6.0)[1] == 0.0
+
+
 def test_monotone_cubic_is_that_of_scipy():
     rng = np.random.default_rng(3)
     for _ in range(20):

@@ -179,12 +179,13 @@ def test_a_film_that_cannot_be_solved_is_a_status(failing, monkeypatch):
         assert result.friction_error == math.inf
 
 
-def test_start_from_a_neighbour_gives_the_same_with_fewer_rounds():
+def test_start_from_a_neighbour_gives_the_same_with_fewer_iterations():
     first = solve_smooth(contact(slide_to_roll=1.0), oil(), BODIES, thermal="on")
     line = contact(slide_to_roll=1.03, pressure_hertz=1.02e9)
     cold = solve_smooth(line, oil(), BODIES, thermal="on")
     warm = solve_smooth(line, oil(), BODIES, thermal="on", start=first.isothermal, start_heat=first.heat)
-    assert warm.rounds < cold.rounds
+    assert warm.rounds <= cold.rounds
+    assert warm.iterations < cold.iterations
     assert warm.friction_fluid == pytest.approx(cold.friction_fluid, rel=2e-4)
     assert warm.film.film_central == pytest.approx(cold.film.film_central, rel=2e-4)
 
