@@ -22,7 +22,8 @@ import ehl
 import regression
 from efficiency.design.design import load_design
 from efficiency.loss.efficiency import load_grids
-from efficiency.machine_settings.solve import forget_fits, machine_settings
+from efficiency.machine_settings import solve
+from efficiency.machine_settings.solve import machine_settings
 from efficiency.mesh import Mesh
 from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
@@ -136,7 +137,8 @@ def measure() -> dict[str, int]:
 
 
 def _settings_anew() -> object:
-    forget_fits()
+    solve._start.cache_clear()
+    solve._fit_flanks.cache_clear()
     return machine_settings("fh_hypoid_9x34_offset_10", transmission=False)
 
 

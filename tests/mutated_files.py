@@ -36,7 +36,6 @@ from efficiency.cutting.summary import read_summary
 from efficiency.design.design import bevel_names, load_design
 from efficiency.ltca.external_load import _table as read_load_table
 from efficiency.machine_settings.inputs import SettingsInput
-from efficiency.output.solid import read_stl
 from ehl.common.data import data_path
 from ehl.common.units import parse_quantity
 from ehl.common.validation import read_toml, validate
@@ -186,10 +185,9 @@ def kinds(folder: Path) -> dict[str, Kind]:
     (folder / "duty.csv").write_bytes(text)
     traction = [line.split(",") for line in calibration.read_text().splitlines() if not line.startswith("#")]
     pair = efficiency.load(DESIGN)
-    pair.export(folder / "design", ["summary", "grid", "tooth"], rows=5, columns=7)
+    pair.export(folder / "design", ["summary", "grid"], rows=5, columns=7)
     grids = [path.read_bytes() for path in sorted((folder / "design").glob("*_con*.csv"))]
     summaries = [(folder / "design" / "setting_sheet.csv").read_bytes()]
-    solid = (folder / "design" / "gear_tooth_space.stl").read_bytes()
     pair.mesh(side="drive", positions=4, points_per_line=9).load("200 N m").write_load(folder / "load.csv")
     load = "\n".join((folder / "load.csv").read_text().splitlines()[:60]).encode()
     regression.sweep("demo", folder / "run", formula="xu_kahraman_2007", jobs=1)
@@ -240,7 +238,6 @@ def kinds(folder: Path) -> dict[str, Kind]:
         "measured profile": Kind(
             ".csv", [profile.encode()], lambda path: load_profile(path, cutoff_long=None, cutoff_short=2.5e-6)
         ),
-        "solid": Kind(".stl", [solid], read_stl),
     }
 
 

@@ -175,38 +175,6 @@ def lengthwise_sliding(
     return (cos_n - signed * tan_1) / (cos_n - signed * tan_2)
 
 
-def spiral_bevel_loss_factor(pair: PitchGeometry, path_before: float, path_after: float) -> float:
-    """Tooth loss factor H_v of the virtual cylindrical pair: loss = mu H_v times the power [-].
-
-    Ohlendorf's ``H_v = pi (1/z_v1 + 1/z_v2)/cos b_b (1 - e + e1^2 + e2^2)`` as in ISO/TR 14179-2 (unverified), with
-    the virtual tooth numbers ``z/cos d`` of the pair; e1, e2 are the parts of the profile contact ratio before and
-    after the pitch point. The formula is for cylindrical gears without lengthwise sliding and applies without offset.
-
-    pair: pitch-point data of the pair.
-    path_before, path_after: e1 and e2 [-].
-    Raises `InputError` if the pair has an offset.
-    """
-    if pair.lengthwise_measure > 0.02:
-        raise InputError(
-            "spiral angles",
-            f"tangents that differ by {pair.lengthwise_measure:.3g}",
-            "equal spiral angles, a pair without offset",
-            "The formula is for cylindrical gears without lengthwise sliding.",
-        )
-    teeth = [
-        2.0 * radius * math.cos(spiral) / (pair.module_normal * math.cos(pitch))
-        for radius, spiral, pitch in (
-            (pair.radius_pinion, pair.spiral_angle_pinion, pair.pitch_angle_pinion),
-            (pair.radius_gear, pair.spiral_angle_gear, pair.pitch_angle_gear),
-        )
-    ]
-    mean_spiral = 0.5 * (pair.spiral_angle_pinion + pair.spiral_angle_gear)
-    base = math.asin(math.sin(mean_spiral) * math.cos(pair.pressure_angle))
-    ratio = path_before + path_after
-    shape = 1.0 - ratio + path_before**2 + path_after**2
-    return math.pi * (1.0 / teeth[0] + 1.0 / teeth[1]) / math.cos(base) * shape
-
-
 def profile_contact_ratio(pinion: Blank, gear: Blank, spiral_angle: float, pressure_angle: float) -> float:
     """Profile contact ratio of the virtual cylindrical pair in the mean transverse section [-].
 

@@ -9,7 +9,7 @@ The loss at the resulting temperature deviates by less than the scatter of the e
 """
 
 import math
-from collections.abc import Callable, Generator
+from collections.abc import Generator
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
@@ -69,28 +69,8 @@ def bulk_spread(rise: float) -> Spread:
     )
 
 
-def warm_operation(
-    loss: Callable[[Operation], float], operation: Operation, size: tuple[float, float], factor: float
-) -> Operation:
-    """The operation with the bulk temperature that results from its own loss.
-
-    loss: power loss as a function of the operation [W].
-    operation: operation with teeth at oil temperature.
-    size: centre distance and face width [m].
-    factor: X_S [-].
-    """
-    run = warming(operation, size, factor)
-    trial = next(run)
-    while True:
-        try:
-            trial = run.send(loss(trial))
-        except StopIteration as end:
-            found: Operation = end.value
-            return found
-
-
 def warming(operation: Operation, size: tuple[float, float], factor: float) -> Generator[Operation, float, Operation]:
-    """`warm_operation` as a generator that yields operations and receives their loss [W].
+    """The operation with the bulk temperature of its own loss: a generator of operations that receives their loss [W].
 
     Secant method on the difference of the rise by the loss and the rise. The slope is limited, so that the steps do not
     pass the lowest rise if the loss increases with the temperature.

@@ -159,12 +159,6 @@ def _start(blank_input: PairBlankInput, cutting: Cutting) -> _Start:
     return _Start(pair, gear, grid, {side: conjugate_start(pair, gear, side, grid) for side in FLANK_SIDES})
 
 
-def forget_fits() -> None:
-    """Clear cached results of earlier calls: conjugate starts of blanks and cutters, fits of flanks."""
-    _start.cache_clear()
-    _fit_flanks.cache_clear()
-
-
 def _fit(inputs: SettingsInput, scale: dict[FlankSide, float]) -> list[FitResult]:
     together = [FLANK_SIDES] if free_settings(inputs).common else [(side,) for side in FLANK_SIDES]
     return [

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from efficiency.contact.tooth_grid import ToothGrid
 from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.errors import ConvergenceError, InputError
-from ehl.common.files import read_bytes, write_file
+from ehl.common.files import write_file
 
 _ACROSS = 5  # points across a top land and a root
 
@@ -41,12 +41,6 @@ class Solid:
         forward = np.sort(ends[:, 0] * size + ends[:, 1])
         backward = np.sort(ends[:, 1] * size + ends[:, 0])
         return bool(np.array_equal(forward, backward) and np.all(np.diff(forward) > 0))
-
-    @property
-    def euler_characteristic(self) -> int:
-        """Vertices minus edges plus triangles: 2 for a sphere, 0 for a body with a bore."""
-        used = np.unique(self.triangles).size
-        return int(used - 3 * len(self.triangles) // 2 + len(self.triangles))
 
 
 class _Mesh:
@@ -223,7 +217,7 @@ def _rim_thickness(grid: ToothGrid, rim: float | None) -> float:
     return rim
 
 
-_RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+STL_RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
 
 def write_stl(path: Path, solid: Solid, title: str) -> None:
@@ -237,20 +231,9 @@ def write_stl(path: Path, solid: Solid, title: str) -> None:
     corners = solid.points[solid.triangles] * 1e3
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     size = np.linalg.norm(normal, axis=1, keepdims=True)
-    records = np.zeros(len(corners), _RECORD)
+    records = np.zeros(len(corners), STL_RECORD)
     records["normal"] = np.divide(normal, size, out=np.zeros_like(normal), where=size > 0.0)
     records["corners"] = corners
     # a header that begins with "solid" denotes the text format
     header = f"STL in mm: {title}".encode("ascii", "replace")[:80].ljust(80)
     write_file(path, header + np.uint32(len(records)).tobytes() + records.tobytes(), folder=True)
-
-
-def read_stl(path: Path) -> np.ndarray[tuple[int, int, int], np.dtype[np.float64]]:
-    """Corners of the triangles of a binary STL file, (n, 3, 3), in the unit of the file.
-
-    Raises `InputError` if the file is not a binary STL file.
-    """
-    content = read_bytes(path, "file", "a readable STL file")
-    if len(content) < 84 or len(content) != 84 + _RECORD.itemsize * int(np.frombuffer(content[80:84], "<u4")[0]):
-        raise InputError("file", str(path), "a binary STL file", "Its length does not fit its number of triangles.")
-    return np.asarray(np.frombuffer(content[84:], _RECORD)["corners"], dtype=np.float64)

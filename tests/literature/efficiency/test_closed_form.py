@@ -11,7 +11,6 @@ from efficiency.loss.closed_form import (
     buckingham_type,
     coleman_type,
     lengthwise_sliding,
-    spiral_bevel_loss_factor,
 )
 from efficiency.loss.kinematics import Driver
 
@@ -91,34 +90,6 @@ def test_colemans_friction_coefficient_is_the_default() -> None:
     assert coleman_type(pair) == coleman_type(pair, 0.05)
     assert buckingham_type(pair) == buckingham_type(pair, 0.05)
     assert lengthwise_sliding(pair) == lengthwise_sliding(pair, 0.05)
-
-
-def test_loss_factor_of_ohlendorf_by_hand() -> None:
-    """Spur bevel pair without spiral: z_v = z/cos d, H_v = pi (1/z_v1 + 1/z_v2) (1 - e + e1^2 + e2^2)."""
-    module, delta = 3e-3, math.radians(20.0)
-    radii = 14 * module / 2.0, 39 * module / 2.0
-    pair = PitchGeometry(math.radians(20.0), 0.0, 0.0, delta, 0.5 * math.pi - delta, *radii, module, 1.5)
-    virtual = 14 / math.cos(delta), 39 / math.sin(delta)
-    shape = 1.0 - 1.5 + 0.7**2 + 0.8**2
-    expected = math.pi * (1.0 / virtual[0] + 1.0 / virtual[1]) * shape
-    assert spiral_bevel_loss_factor(pair, 0.7, 0.8) == pytest.approx(expected, rel=1e-12)
-    spiral = replace(pair, spiral_angle_pinion=math.radians(35.0), spiral_angle_gear=math.radians(35.0))
-    # mean radius and normal module: z = 2 r cos b/m_n
-    base = math.cos(math.asin(math.sin(math.radians(35.0)) * math.cos(math.radians(20.0))))
-    teeth = math.cos(math.radians(35.0))
-    assert spiral_bevel_loss_factor(spiral, 0.7, 0.8) == pytest.approx(expected / teeth / base, rel=1e-12)
-
-
-@pytest.mark.parametrize(("apart", "refused"), [(0.019, False), (0.021, True)])
-def test_loss_factor_is_refused_from_a_difference_of_tangents_of_two_per_cent(apart: float, refused: bool) -> None:
-    pair = blank("F2_14x39")
-    pinion = math.atan(math.tan(pair.spiral_angle_gear) + apart)
-    offset = replace(pair, spiral_angle_pinion=pinion)
-    if refused:
-        with refuses("spiral angles"):
-            spiral_bevel_loss_factor(offset, 0.5, 0.5)
-    else:
-        assert spiral_bevel_loss_factor(offset, 0.5, 0.5) > 0.0
 
 
 def test_without_offset_back_driving_loses_the_same_power_of_a_larger_input() -> None:

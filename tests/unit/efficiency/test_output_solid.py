@@ -13,9 +13,14 @@ from efficiency.contact.tooth_grid import ToothGrid, tooth_grid
 from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.limits import fillet, flank_limits
 from efficiency.design.design import Design, bevel_names, load_design
-from efficiency.output.solid import Solid, member_solid, read_stl, tooth_space_solid, write_stl
+from efficiency.output.solid import STL_RECORD, Solid, member_solid, tooth_space_solid, write_stl
 
 MEMBERS: tuple[Member, ...] = ("pinion", "gear")
+
+
+def euler_characteristic(solid: Solid) -> int:
+    """Vertices minus edges plus triangles: 2 for a sphere, 0 for a body with a bore."""
+    return int(np.unique(solid.triangles).size - 3 * len(solid.triangles) // 2 + len(solid.triangles))
 
 
 @pytest.fixture(scope="module")
@@ -59,7 +64,7 @@ def test_member_is_closed_and_has_its_volume(
     grid = grids[member]
     solid = member_solid(grid, rim=0.003, bore=bore)
     assert solid.closed
-    assert solid.euler_characteristic == euler
+    assert euler_characteristic(solid) == euler
     expected = grid.blank.teeth * tooth_volume(grid) + body_volume(grid, 0.003, bore)
     # chords for arcs across roots, lands and bore: pi^2/6 of the squared angular step
     assert solid.volume == pytest.approx(expected, rel=2e-3)
@@ -71,7 +76,7 @@ def test_tooth_space_is_a_pitch_of_the_member(grids: dict[str, ToothGrid], membe
     rim = 0.002
     solid = tooth_space_solid(grid, rim)
     assert solid.closed
-    assert solid.euler_characteristic == 2
+    assert euler_characteristic(solid) == 2
     # under the root a slab of the rim over one pitch: area swept by the mid-level of the slab (Pappus)
     node, weight = leggauss(8)
     u = 0.5 * node * grid.blank.face_width
@@ -108,7 +113,7 @@ def test_stl_round_trip(tmp_path: Path, grids: dict[str, ToothGrid]) -> None:
     solid = tooth_space_solid(grids["gear"])
     path = tmp_path / "space.stl"
     write_stl(path, solid, "solid name")
-    corners = read_stl(path)
+    corners = np.frombuffer(path.read_bytes()[84:], STL_RECORD)["corners"].astype(float)
     assert path.stat().st_size == 84 + 50 * len(solid.triangles)
     assert not path.read_bytes().startswith(b"solid")
     assert np.abs(corners - 1e3 * solid.points[solid.triangles]).max() < 1e-5
@@ -124,8 +129,6 @@ def test_bore_that_does_not_fit_is_refused(grids: dict[str, ToothGrid]) -> None:
         member_solid(grids["pinion"], bore=0.2)
     with refuses("rim"):
         member_solid(grids["pinion"], rim=0.5)
-    with refuses("file"):
-        read_stl(Path("does_not_exist.stl"))
 
 
 @pytest.mark.parametrize("name", [name for name in bevel_names() if not name.endswith("_relieved")])
@@ -136,7 +139,7 @@ def test_solids_of_every_shipped_design_close(name: str) -> None:
         np.testing.assert_allclose(grid.height[-1], grid.blank.tip(grid.u[-1]), atol=1e-12)
         for solid, euler in ((tooth_space_solid(grid), 2), (member_solid(grid, bore=0.0), 2)):
             assert solid.closed
-            assert solid.euler_characteristic == euler
+            assert euler_characteristic(solid) == euler
             assert solid.volume > 0.0
 
 

@@ -1,5 +1,6 @@
 """Bulk temperature of the teeth: the published formula, the balance with the loss, and where it is switched off."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
@@ -9,11 +10,23 @@ from samples import OPERATION
 
 import efficiency
 from efficiency.loss.kinematics import Operation
-from efficiency.loss.lubrication import CoolingInput, iso_15144_bulk_rise, warm_operation
+from efficiency.loss.lubrication import CoolingInput, iso_15144_bulk_rise, warming
 from efficiency.pair import GearPair
 from ehl.common.validation import validate
 
 SIZE = (91.5e-3, 14e-3)
+
+
+def warm_operation(loss: Callable[[Operation], float]) -> Operation:
+    """The operation in balance with a loss."""
+    run = warming(OPERATION, SIZE, 1.0)
+    trial = next(run)
+    while True:
+        try:
+            trial = run.send(loss(trial))
+        except StopIteration as end:
+            found: Operation = end.value
+            return found
 
 
 def test_formula_by_hand() -> None:
@@ -32,14 +45,14 @@ def test_temperature_and_loss_are_in_balance(slope: float) -> None:
     def loss(at: Operation) -> float:
         return 400.0 * (1.0 + slope * (at.bulk[0] - at.temperature))
 
-    found = warm_operation(loss, OPERATION, SIZE, 1.0)
+    found = warm_operation(loss)
     rise = found.bulk[0] - found.temperature
     assert rise == pytest.approx(iso_15144_bulk_rise(loss(found), *SIZE), abs=0.05)
     assert found.bulk[0] == found.bulk[1] == found.inlet
 
 
 def test_a_loss_that_runs_away_ends_at_the_hottest_oil() -> None:
-    found = warm_operation(lambda at: 400.0 * 1.2 ** (at.bulk[0] - at.temperature), OPERATION, SIZE, 1.0)
+    found = warm_operation(lambda at: 400.0 * 1.2 ** (at.bulk[0] - at.temperature))
     assert found.bulk[0] == pytest.approx(473.15, abs=0.1)
 
 

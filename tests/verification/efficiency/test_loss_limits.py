@@ -12,12 +12,10 @@ from efficiency.loss.closed_form import (
     buckingham_type,
     coleman_type,
     lengthwise_sliding,
-    spiral_bevel_loss_factor,
 )
 from efficiency.loss.efficiency import load_grids, mesh_efficiency, solve_balanced
 from efficiency.loss.kinematics import Operation
 from efficiency.mesh import Mesh
-from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
 from regression.friction.models import ConstantFriction
 
@@ -147,15 +145,3 @@ def test_a_driving_gear_is_the_pinion_with_friction_reversed() -> None:
     cos_n, t1, t2 = (math.cos(math.radians(20.0)), math.tan(math.radians(48.0)), math.tan(math.radians(22.0)))
     assert back == pytest.approx((cos_n - 0.05 * t1) / (cos_n - 0.05 * t2), rel=1e-14)
     assert lengthwise_sliding(pair, 0.05, driver="gear") == pytest.approx(1.0 / (1.0 + 0.05 * (t1 - t2) / cos_n))
-
-
-def test_loss_factor_of_cylindrical_gears_at_contact_ratio_one() -> None:
-    """With one pair in mesh at a time, half its path before the pitch point, it is the mean profile sliding."""
-    pair = replace(geometry(4e-3), spiral_angle_pinion=math.radians(35.0), spiral_angle_gear=math.radians(35.0))
-    single = replace(pair, contact_ratio_profile=1.0)
-    factor = spiral_bevel_loss_factor(pair, 0.5, 0.5)
-    assert factor == pytest.approx(single.mean_sliding / math.cos(pair.pressure_angle), rel=1e-12)
-    # approach alone slides more
-    assert spiral_bevel_loss_factor(pair, 1.0, 0.0) == pytest.approx(2.0 * factor, rel=1e-12)
-    with pytest.raises(InputError, match="without offset"):
-        spiral_bevel_loss_factor(geometry(4e-3), 0.5, 0.5)
