@@ -52,8 +52,7 @@ from ehl.common.table import Table
 from ehl.common.threads import one_thread
 from ehl.state import ContactState
 from regression.formula import shipped_formulas
-from regression.friction.joint import Request, Run
-from regression.friction.models import COLEMAN_FRICTION, FrictionModel
+from regression.friction.models import COLEMAN_FRICTION, FrictionModel, Request, Run
 
 if TYPE_CHECKING:
     from efficiency.loss.compare import Comparison

@@ -29,8 +29,7 @@ import regression
 from efficiency.conditions.duty import DutyRow
 from regression.data.dataset import columns, load_dataset
 from regression.export.export import LANGUAGES
-from regression.fitting.noise import expected_rows
-from regression.fitting.rows import checkable_rows, computed_friction
+from regression.fitting.rows import checkable_rows, computed_friction, expected_rows
 from regression.friction.conditions import conditions_of
 
 OILS = ("75w90", "fva3", "eaxle", "80w90", "pao220", "pg_0_1")

@@ -9,8 +9,7 @@ import numpy as np
 
 from efficiency.contact.assembly import Assembly
 from efficiency.contact.ease_off import conjugate_points, pinion_phase
-from efficiency.contact.flank_deviation import FlankDeviation
-from efficiency.contact.relief import PairRelief
+from efficiency.contact.relief import FlankDeviation, PairRelief
 from efficiency.cutting.blank import Blank
 from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import Flank

@@ -16,9 +16,8 @@ from numpy.typing import NDArray
 from efficiency.contact.assembly import Assembly
 from efficiency.contact.chebyshev import Patch, PointFit
 from efficiency.contact.ease_off import ConjugatePoints, conjugate_points, ease_off, pinion_phase
-from efficiency.contact.flank_deviation import FlankDeviation
 from efficiency.contact.flank_grid import SHAPE, FlankGrid, flank_grid, last_point, regular_part
-from efficiency.contact.relief import PairRelief
+from efficiency.contact.relief import FlankDeviation, PairRelief
 from efficiency.cutting.flank import CutFlank, Flank
 from efficiency.cutting.machine import cross, dot, turn, unit
 from ehl.common.arrays import FloatArray

@@ -17,9 +17,8 @@ from pydantic import Field, model_validator
 
 from efficiency.blanks.rating import RatingFactors
 from efficiency.contact.assembly import Assembly, DisplacedAxes
-from efficiency.contact.flank_deviation import FlankDeviation
 from efficiency.contact.gear_flanks import MEMBERS, GearFlanks, Member, Side
-from efficiency.contact.relief import MemberRelief, PairRelief
+from efficiency.contact.relief import FlankDeviation, MemberRelief, PairRelief
 from efficiency.cutting.blank import Blank, Depth, Length, blank_dimensions
 from efficiency.cutting.cutter import FLANK_SIDES, FlankSide
 from efficiency.cutting.flank import Flank

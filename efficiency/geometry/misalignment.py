@@ -16,10 +16,10 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from efficiency.contact.flank_deviation import FlankDeviation, flank_tolerances
 from efficiency.contact.flank_grid import FlankGrid
 from efficiency.contact.flank_pair import MARKING, FlankPair, flank_pair
 from efficiency.contact.gear_flanks import Side
+from efficiency.contact.relief import FlankDeviation, flank_tolerances
 from efficiency.design.design import MISALIGNMENTS, Design
 from ehl.common.arrays import FloatArray, finite_or_none
 from ehl.common.errors import ConvergenceError, InputError

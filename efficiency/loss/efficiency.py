@@ -48,8 +48,15 @@ from ehl.common.quantities import quantity
 from ehl.fluid.oil import Oil
 from regression.formula import Formula
 from regression.friction.conditions import Conditions
-from regression.friction.joint import Request, Run, solve_together
-from regression.friction.models import ConstantFriction, FrictionEstimate, FrictionFlag, FrictionModel
+from regression.friction.models import (
+    ConstantFriction,
+    FrictionEstimate,
+    FrictionFlag,
+    FrictionModel,
+    Request,
+    Run,
+    solve_together,
+)
 from regression.friction.published_registry import PUBLISHED, model_label
 
 T = TypeVar("T")

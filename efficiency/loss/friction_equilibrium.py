@@ -14,8 +14,7 @@ from efficiency.ltca.mesh_grids import FrictionBalance, LoadedGrids
 from efficiency.ltca.tangent_load import MANY, ONE, TangentLoad
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError
-from regression.friction.joint import Request, Run
-from regression.friction.models import COLEMAN_FRICTION
+from regression.friction.models import COLEMAN_FRICTION, Request, Run
 
 ROUNDS = 40
 # stated error of the efficiency that requires another round, for one point and for one of many

@@ -29,6 +29,9 @@ from efficiency.machine_settings.fit import FitParameter, RootLine, motion, with
 from ehl.common.arrays import FloatArray, finite_or_none
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.pages import Reportable
+from ehl.common.quantities import quantity
+from ehl.common.sections import Head, Medium, Section
+from ehl.common.table import Column, Table
 from ehl.common.threads import one_thread
 from ehl.common.units import parse_quantity
 
@@ -82,14 +85,40 @@ class FlankDeviation:
 class MachineCorrections(Reportable):
     """Corrections of the machine settings of one member."""
 
-    presenter = "efficiency.machine_settings.report:correction"
-
     design: str  # name of the design
     member: Member  # ``"pinion"`` or ``"gear"``
     corrections: tuple[SettingCorrection, ...]  # changes of the settings
     deviations: tuple[FlankDeviation, ...]  # measured and expected deviation of each flank
     text: str  # tables of the corrected settings in the format of a design file
     notes: tuple[str, ...]  # notes on the corrections
+
+    def sections(self, medium: Medium = "page", *args: Any, **options: Any) -> list[Section]:
+        """New settings of the machine, and the deviations before and after correction."""
+        tables = []
+        for flanks in dict.fromkeys(item.flanks for item in self.corrections):
+            own = [item for item in self.corrections if item.flanks == flanks]
+            parts = {"change": "change", "uncertainty": "uncertainty", "before": "nominal", "to set": "corrected"}
+            rows = [(part, *(getattr(item, name) for item in own)) for part, name in parts.items()]
+            of = "both flanks" if flanks == "both" else f"{flanks} flank"
+            settings = (
+                Column(i.setting, label=i.setting.replace("_", " "), decimals=_decimals(i.setting)) for i in own
+            )
+            title = f"{self.design}, {self.member}, {of}: machine corrections"
+            tables.append(Table(["setting", *settings], rows, title, name=f"corrections_{flanks}", vertical=True))
+        fields = (
+            *("deviation_rms", "deviation_max", "spiral_angle_error", "pressure_angle_error"),
+            *("lengthwise_crowning", "profile_crowning", "twist"),
+        )
+        deviations = Table(
+            ["flank", *(Column(name, label=name.replace("_", " "), decimals=2) for name in fields)],
+            [(f"{item.flank}, {item.part}", *(getattr(item, name) for name in fields)) for item in self.deviations],
+            "Deviation from nominal, positive for excess material",
+            self.notes,
+            name="deviations",
+            vertical=True,
+        )
+        head = Head(f"Machine corrections: {self.design}, {self.member}")
+        return [Section("", [head, *tables, deviations])]
 
     def __repr__(self) -> str:
         before, after = (
@@ -106,6 +135,11 @@ class MachineCorrections(Reportable):
         plain: dict[str, Any] = finite_or_none(self)
         del plain["text"]
         return plain
+
+
+def _decimals(setting: str) -> int:
+    """Decimals of a setting in its display unit: 0.1 um, 0.36 arcsec, 1e-6."""
+    return 4 if quantity(setting).display in ("mm", "deg") else 6
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,9 @@ from efficiency.machine_settings.conjugate import FitGrid
 from efficiency.machine_settings.fit import FittedFlank
 from ehl.common.arrays import FloatArray, finite_or_none
 from ehl.common.pages import Reportable
+from ehl.common.quantities import quantity
+from ehl.common.sections import Head, Medium, Section
+from ehl.common.table import Column, Table
 
 RESIDUAL_LIMIT = 3e-6
 
@@ -56,8 +59,6 @@ class FlankFit:
 class SettingsResult(Reportable):
     """Machine settings computed from targets."""
 
-    presenter = "efficiency.machine_settings.report:settings"
-
     design: Design  # content of the design file
     text: str  # text of the design file
     # residuals of both pinion flanks
@@ -80,6 +81,12 @@ class SettingsResult(Reportable):
         """Larger of both residuals, root mean square [m]."""
         return max(flank.fitted.rms for flank in self.flanks)
 
+    def sections(self, medium: Medium = "page", *args: Any, **options: Any) -> list[Section]:
+        """Settings, fit with warnings, and residual maps of flanks that do not meet their targets."""
+        maps = [_map(flank) for flank in self.flanks if flank.fitted.largest > MAP_FROM]
+        head = Head(f"Machine settings: {self.design.name}")
+        return [Section("", [head, _settings(self), _fit(self), *maps])]
+
     def __repr__(self) -> str:
         return (
             f"SettingsResult({self.design.name!r}: {self.status}, residual RMS {self.rms:.3g} m, "
@@ -101,6 +108,80 @@ class SettingsResult(Reportable):
             }
         plain: dict[str, Any] = finite_or_none(out)
         return plain | {"design": self.design.model_dump()}
+
+
+MAP_FROM = 1e-9  # largest residual above which a residual map is shown [m]
+
+
+def _settings(result: SettingsResult) -> Table:
+    """Settings of the design file, one column per flank."""
+    columns = {}
+    for member in ("pinion", "gear"):
+        for side in ("concave", "convex"):
+            given = getattr(getattr(result.design, member), side).model_dump()
+            columns[f"{member} {side}"] = {name: value for table in given.values() for name, value in table.items()}
+    names = dict.fromkeys(name for values in columns.values() for name in values)
+    used = [name for name in names if any(values.get(name) not in (None, 0.0) for values in columns.values())]
+    return Table(
+        ["flank", *(Column(name, label=name.replace("_", " "), digits=6) for name in used)],
+        [(flank, *(values.get(name) for name in used)) for flank, values in columns.items()],
+        result.design.name,
+        name="settings",
+        vertical=True,
+    )
+
+
+def _fit(result: SettingsResult) -> Table:
+    places = ("toe", "middle", "heel")
+    rows = []
+    for flank in result.flanks:
+        fitted = flank.fitted
+        root = list(fitted.root_error) or [None] * len(places)
+        missing = len(flank.undercut)
+        rows.append(
+            (flank.side, fitted.rms, fitted.largest, missing, fitted.found.size, *root, flank.transmission_error)
+        )
+    return Table(
+        [
+            "pinion flank",
+            "residual_rms",
+            "residual_max",
+            Column("undercut_points", label="undercut points"),
+            Column("points", label="points of the grid"),
+            *(Column(f"root_error_{place}", of="root_error", label=f"root error, {place}") for place in places),
+            "transmission_error",
+        ],
+        rows,
+        "fit",
+        [
+            *(f"warning: {warning}" for warning in result.warnings),
+            f"{result.status}, {result.iterations} iterations, {result.seconds:.2f} s",
+        ],
+        vertical=True,
+    )
+
+
+def _map(flank: FlankFit) -> Table:
+    """Residual over the gear flank: depth fraction over the rows with the tip on top, toe to heel over the columns."""
+    along, deep = flank.grid.shape
+    shape = (deep, along)
+    residual, found = flank.fitted.residual.reshape(shape), flank.fitted.found.reshape(shape)
+    u, depth = flank.grid.u.reshape(shape)[0], 0.5 * (flank.grid.y.reshape(shape)[:, 0] + 1.0)
+    picked = range(0, along, 2)
+    at = [f"{quantity('gear_u').to_display(float(u[k])):.1f}" for k in picked]
+    return Table(
+        [
+            Column("depth", of="pattern_depth", label="depth", decimals=2),
+            *(Column(f"at {text} mm", of="residual_max", label=f"{text} mm", decimals=1) for text in at),
+        ],
+        [
+            (depth[row], *(residual[row, k] if found[row, k] else "undercut" for k in picked))
+            for row in reversed(range(deep))
+        ],
+        f"residual of the {flank.side} pinion flank over the gear flank; columns: distance from the mean point to the "
+        "heel; depth: 0 root, 1 tip",
+        name=f"residual {flank.side}",
+    )
 
 
 # largest undercut fraction of the points of a flank, or of the working depth of the gear, in a usable pair (this work)

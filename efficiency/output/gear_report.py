@@ -22,6 +22,7 @@ from efficiency.output.geometry_report import AXIAL_SECTION, misalignment_text, 
 from efficiency.output.machine_summary import Units
 from efficiency.output.plots_geometry import blank_figure
 from efficiency.output.plots_load import (
+    map_figures,
     plot_forces,
     plot_friction_and_loss,
     plot_load_sharing,
@@ -29,7 +30,6 @@ from efficiency.output.plots_load import (
     plot_root_stress,
     plot_transmission_error,
 )
-from efficiency.output.plots_map import map_figures
 from efficiency.output.tables import result_notes, said_of_grid
 from ehl.common.data import reason_text
 from ehl.common.errors import InputError

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from efficiency.output.gear_report import SPIN, design_of, page_sections
 from efficiency.output.machine_summary import Units
-from efficiency.output.plots_map import is_map, plot_duty, plot_map
+from efficiency.output.plots_load import is_map, plot_duty, plot_map
 from efficiency.output.tables import (
     duty_notes,
     duty_table,

@@ -17,8 +17,19 @@ from regression import __version__
 from regression.data.dataset import Dataset, columns
 from regression.fitting.coefficients import fit_form
 from regression.fitting.cross_validation import fitted_and_held_out, frictions, nested_cross_validate
-from regression.fitting.noise import BANDS, band_noise, expected_rows, measured_noise, realisation_scatter
-from regression.fitting.rows import box_of, checkable_rows, computed_friction, kept_rows, own_rows, usable_rows
+from regression.fitting.rows import (
+    BANDS,
+    band_noise,
+    box_of,
+    checkable_rows,
+    computed_friction,
+    expected_rows,
+    kept_rows,
+    measured_noise,
+    own_rows,
+    realisation_scatter,
+    usable_rows,
+)
 from regression.friction.conditions import UNITS, Array
 from regression.friction.data_cloud import CloudDistance, data_cloud
 from regression.friction.error_tables import Band, ErrorInterval, NoiseFloor, Scores, WidthBand, WorstCase

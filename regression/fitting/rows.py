@@ -1,5 +1,11 @@
-"""Selection of the rows of a dataset for fits and for validation."""
+"""Selection of the rows of a dataset for fits and for validation.
 
+Noise floor: scatter of mu over realisations of the roughness at equal conditions, and means over realisations.
+"""
+
+from __future__ import annotations
+
+import math
 from collections.abc import Sequence
 from os import PathLike
 
@@ -8,10 +14,123 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from regression.data.dataset import Dataset, load_dataset
-from regression.fitting.noise import expected_rows
-from regression.friction.conditions import Array
+from regression.data.result_files import SURFACE_UNITS
+from regression.friction.conditions import LUBRICANT_UNITS, STATE_UNITS, Array
+from regression.friction.error_tables import NoiseBand, NoiseFloor
 from regression.friction.families import Family
 from regression.friction.fitted import FittedFormula
+
+# edges of the bands of reported errors; outer bands are open
+BANDS: dict[str, tuple[float, ...]] = {
+    "film_ratio": (0.5, 1.0, 2.0),
+    "slide_to_roll_total": (0.05, 0.2, 0.5, 1.0),
+    "pressure_hertz": (0.7e9, 1.0e9, 1.5e9),
+    "temperature_oil": (333.15, 353.15, 373.15),
+}
+# edges of the bands of lambda with a common scatter; individual values would favour cases with high asperity friction
+_SCATTER_EDGES = (0.1, 0.2, 0.35, 0.5, 1.0, 2.0)
+_MIN_POINTS = 4  # smallest number of repeated points in such a band
+# outputs that are averaged over the profiles of a point
+_AVERAGED = (
+    "friction_coefficient", "friction_fluid", "friction_asperity", "film_central", "film_min", "asperity_load_share",
+    "roughness_load_share", "film_ratio",
+)  # fmt: skip
+_SAME = [*STATE_UNITS, *LUBRICANT_UNITS, *(name for name in SURFACE_UNITS if name != "seed"), "oil"]
+
+
+def realisation_scatter(frame: pd.DataFrame) -> pd.DataFrame:
+    """Scatter of every point with more than one roughness seed."""
+    usable = frame[(frame["status"] != "failed") & (frame["friction_coefficient"] > 0.0)]
+    usable = usable.drop_duplicates([*dict.fromkeys(_SAME), "seed"])
+    grouped = usable.groupby(list(dict.fromkeys(_SAME)), dropna=False, sort=True)
+    points = grouped[list(BANDS)].mean() if not usable.empty else pd.DataFrame(columns=list(BANDS))
+    # without the keys, some of which are also variables of bands
+    points = points.reset_index(drop=True)
+    mu = grouped["friction_coefficient"].agg(["count", "mean", "std"]).reset_index(drop=True)
+    scatter = points.assign(realisations=mu["count"], single=mu["std"] / mu["mean"])
+    scatter = scatter[scatter["realisations"] >= 2].reset_index(drop=True)
+    return scatter.assign(mean=scatter["single"] / np.sqrt(scatter["realisations"].to_numpy(dtype=float)))
+
+
+def measured_noise(scatter: pd.DataFrame) -> NoiseFloor | None:
+    """Noise floor by region, RMS over the points; None without repeated points."""
+    if scatter.empty:
+        return None
+    bands = []
+    for variable, edges in BANDS.items():
+        place = np.searchsorted(edges, scatter[variable].to_numpy(dtype=float), side="right")
+        for number in np.unique(place):
+            inside = scatter[place == number]
+            bands.append(
+                NoiseBand(
+                    variable=variable,
+                    low=edges[number - 1] if number > 0 else None,
+                    high=edges[number] if number < len(edges) else None,
+                    count=len(inside),
+                    single=_rms(inside["single"]),
+                    mean=_rms(inside["mean"]),
+                )
+            )
+    return NoiseFloor(
+        points=len(scatter),
+        realisations=float(scatter["realisations"].mean()),
+        single=_rms(scatter["single"]),
+        mean=_rms(scatter["mean"]),
+        bands=tuple(bands),
+    )
+
+
+def band_noise(noise: NoiseFloor | None, variable: str, inside: float) -> float | None:
+    """Scatter of one realisation in the band of a variable at a value; None if unknown."""
+    if noise is None:
+        return None
+    for band in noise.bands:
+        low = -math.inf if band.low is None else band.low
+        high = math.inf if band.high is None else band.high
+        if band.variable == variable and low <= inside < high:
+            return band.single
+    return None
+
+
+def statistical_variance(frame: pd.DataFrame) -> Array:
+    """Variance of ln mu from the 90 % interval of the time mean of each case; 0 without an interval."""
+    half_width = frame["statistical_error"].to_numpy(dtype=float)
+    return np.asarray(np.nan_to_num(half_width, nan=0.0) / 1.645) ** 2
+
+
+def expected_rows(frame: pd.DataFrame) -> pd.DataFrame:
+    """One row for each point with the means over its roughness profiles, the expected friction of a finish.
+
+    frame: usable rows of a dataset, sorted by key.
+    Returns: the first row of each point with its outputs replaced by means, with the columns `realisations`, the number
+    of profiles, and `noise_variance`, the variance of ln mu: the scatter of single profiles in the band of lambda over
+    their number, or `statistical_variance` without repeated points.
+    """
+    columns = list(dict.fromkeys(_SAME))
+    group = frame.groupby(columns, dropna=False, sort=False).ngroup().to_numpy()
+    first = ~pd.Series(group).duplicated().to_numpy()
+    count = np.bincount(group)[group[first]] if len(frame) else np.zeros(0)
+    rows = frame[first].reset_index(drop=True)
+    scatter = realisation_scatter(frame)
+    if scatter.empty:
+        return rows.assign(realisations=1, noise_variance=statistical_variance(rows))
+    means = frame[[name for name in _AVERAGED if name in frame]].groupby(group, sort=False).mean()
+    rows[means.columns] = means.to_numpy()
+    width = frame["statistical_error"].fillna(0.0).pow(2).groupby(group, sort=False).mean().to_numpy()
+    rows["statistical_error"] = np.sqrt(width / count)
+    place = np.searchsorted(_SCATTER_EDGES, scatter["film_ratio"].to_numpy(dtype=float), side="right")
+    squared = scatter["single"].to_numpy(dtype=float) ** 2
+    band = np.full(len(_SCATTER_EDGES) + 1, float(squared.mean()))
+    for number in np.unique(place):
+        if np.sum(place == number) >= _MIN_POINTS:
+            band[number] = squared[place == number].mean()
+    single = band[np.searchsorted(_SCATTER_EDGES, rows["film_ratio"].to_numpy(dtype=float), side="right")]
+    return rows.assign(realisations=count, noise_variance=single / count)
+
+
+def _rms(values: pd.Series[float] | NDArray[np.float64]) -> float:
+    return float(np.sqrt(np.mean(np.asarray(values, dtype=float) ** 2)))
+
 
 Results = Dataset | str | PathLike[str] | Sequence[Dataset | str | PathLike[str]]
 

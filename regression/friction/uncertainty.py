@@ -31,8 +31,7 @@ from ehl.uncertainty.spread import (
 )
 from regression.friction.conditions import Array, conditions_of
 from regression.friction.fitted import FittedFormula
-from regression.friction.joint import joined
-from regression.friction.models import ConstantFriction, FrictionModel
+from regression.friction.models import ConstantFriction, FrictionModel, joined
 
 STATED = "slopes of solved contacts over the film ratio, not of this model"
 FORMULA = "friction formula"

@@ -17,8 +17,7 @@ from ehl.fluid.oil import Oil
 from ehl.state import ContactState
 from regression.data.dataset import Dataset, columns
 from regression.fitting.cross_validation import held_out_friction
-from regression.fitting.noise import BANDS
-from regression.fitting.rows import boundary_friction_of, computed_friction, fitted_rows
+from regression.fitting.rows import BANDS, boundary_friction_of, computed_friction, fitted_rows
 from regression.friction.conditions import Array, Conditions, conditions_of
 from regression.friction.fitted import FittedFormula, friction_of_form
 from regression.friction.models import FrictionFlag

@@ -18,7 +18,7 @@ import efficiency
 import ehl
 import regression
 from efficiency.conditions.duty import DutyRow
-from efficiency.contact.flank_deviation import FlankDeviation
+from efficiency.contact.relief import FlankDeviation
 from efficiency.design.design import load_design
 from efficiency.design.shaft_input import Deflection, StiffnessInput
 from efficiency.studies.parameter_study import Levels

@@ -11,8 +11,8 @@ from refusals import refuses
 import efficiency
 from efficiency.contact.contact_lines import mesh_cycle
 from efficiency.contact.contact_search import contact_path
-from efficiency.contact.flank_deviation import FlankDeviation
 from efficiency.contact.flank_pair import FlankPair, flank_pair
+from efficiency.contact.relief import FlankDeviation
 from efficiency.design.design import load_design
 from efficiency.geometry.misalignment import MisalignmentStudy, misalignment_study
 from ehl.common.errors import InputError

@@ -22,8 +22,7 @@ from efficiency.loss.power_loss import efficiency_of, position_losses
 from efficiency.ltca.limits import limit_notes, pressure_peak
 from efficiency.ltca.load_distribution import distribute_load
 from efficiency.output.comparison_report import plot_comparison
-from efficiency.output.plots_load import plot_friction_and_loss, plot_load_sharing, plot_transmission_error
-from efficiency.output.plots_map import plot_map
+from efficiency.output.plots_load import plot_friction_and_loss, plot_load_sharing, plot_map, plot_transmission_error
 from efficiency.pair import GearPair
 from ehl.common.data import data_path, reason_text
 from ehl.common.errors import InputError

@@ -35,7 +35,7 @@ from efficiency.output.comparison_report import (
 from efficiency.output.flank_map import FlankMap
 from efficiency.output.gear_report import load_figures, loss_figures, mesh_figures
 from efficiency.output.map_report import nearest_point
-from efficiency.output.plots_map import contour_figure, map_figures
+from efficiency.output.plots_load import contour_figure, map_figures
 from efficiency.output.tables import (
     comparison_table,
     comparison_tables,

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from regression.data.result_files import SURFACE_UNITS
-from regression.fitting.noise import (
+from regression.fitting.rows import (
     band_noise,
     expected_rows,
     measured_noise,
