@@ -19,6 +19,7 @@ MAX_ITERATIONS = 150  # of one path; plain contacts take 10 to 60
 # tuned: 511 of 512 contacts of the gear range and of a far wider one are solved on 49 nodes, all on 97, which is the
 # second try; thin films, and rounded spikes, whose rounding is judged on the mesh of the path, begin with it
 PATH_NODES, HARD_NODES = 49, 97
+THIN_FILM_LOADS = (1.0e3, 5.0e3)  # Moes load numbers M
 
 
 @dataclass
@@ -26,6 +27,12 @@ class PathReport:
     """Work of the continuation."""
 
     iterations: int = 0
+
+
+def refined(nodes: int, scaled: ScaledContact) -> int:
+    """Nodes for a contact: very thin films (high load) require a mesh twice or four times as fine."""
+    doublings = sum(scaled.moes_load > load for load in THIN_FILM_LOADS)
+    return int((nodes - 1) * 2**doublings + 1)
 
 
 def grid_for(features: Features, nodes: int) -> NodeGrid:
@@ -104,12 +111,13 @@ def _predicted(now: Unknowns, before: Unknowns, factor: float) -> Unknowns:
 
 
 def cold_path(scaled: ScaledContact, nodes: int, report: PathReport) -> Level:
-    """Solution on a coarse grid by continuation from the easy contact.
+    """Solution on a coarse grid by continuation from the easy contact; thicker films on the way have fewer nodes.
 
     Raises `NewtonFailure`: "path_stalled" if the step becomes too small, "path_limit" after too many iterations.
     """
     spent = report.iterations
-    level, easy = easy_start(scaled, nodes, report)
+    coarse = min(nodes, 2 * HARD_NODES - 1)
+    level, easy = easy_start(scaled, coarse, report)
     t, before, t_before = 0.0, None, 0.0
     step, tries, shortened = 0.34, 0, False
     while t < 1.0:
@@ -117,19 +125,19 @@ def cold_path(scaled: ScaledContact, nodes: int, report: PathReport) -> Level:
         tries += 1
         if report.iterations - spent > MAX_ITERATIONS or tries > MAX_ITERATIONS:
             raise NewtonFailure("path_limit", report.iterations)
-        features = features_of_level(level)
-        grid = level.grid
-        if not features.close_to(level.features):
-            grid = grid_for(features, nodes)
         goal = min(1.0, t + step)
         if goal > 0.97 and not shortened:
             goal = 1.0
+        features, target = features_of_level(level), between(easy, scaled, goal)
+        grid, size = level.grid, min(nodes, max(coarse, refined(HARD_NODES, target)))
+        if size != grid.nodes.size or not features.close_to(level.features):
+            grid = grid_for(features, size)
         start = transfer(level, grid) if grid is not level.grid else level.unknowns
         if before is not None:
             old = transfer(before, grid) if grid is not before.grid else before.unknowns
             start = _predicted(start, old, (goal - t) / (t - t_before))
         try:
-            new = solve_level(grid, between(easy, scaled, goal), start, tolerance=1e-4, max_iterations=14)
+            new = solve_level(grid, target, start, tolerance=1e-4, max_iterations=14)
         except NewtonFailure as failure:
             report.iterations += failure.iterations
             step, shortened = 0.4 * (goal - t), True

@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 
 from ehl.common.arrays import FloatArray
-from ehl.smooth.continuation import PathReport, features_of_level, grid_for, transfer
+from ehl.smooth.continuation import PathReport, features_of_level, grid_for, refined, transfer
 from ehl.smooth.mesh import grade
 from ehl.smooth.newton import FilmShear, Level, NewtonFailure, NodeGrid, Numbers, Unknowns, numbers_of, solve_level
 from ehl.smooth.scaling import ScaledContact
@@ -19,7 +19,6 @@ LevelSolver = Callable[[NodeGrid, Unknowns], Level]
 COARSEST: dict[str, int] = {"fast": 41, "standard": 49, "reference": 129}
 TOLERANCE: dict[str, float] = {"fast": 5e-3, "standard": 2e-3, "reference": 2e-4}
 MAX_NODES: dict[str, int] = {"fast": 500, "standard": 700, "reference": 2000}
-THIN_FILM_LOADS = (1.0e3, 5.0e3)  # Moes load numbers M
 UNDERSHOOT = 1e-4  # largest accepted negative pressure over p_h
 
 
@@ -70,12 +69,6 @@ def extrapolate(levels: list[FloatArray], coarsest: int, *, hot: bool = False) -
         beyond = 1.0 / (np.clip(ratio, *OBSERVED_RATIOS) - 1.0) - 1.0 / 3.0
         errors = np.maximum(errors, beyond * np.abs(fine - middle))
     return GridLimit(value, errors)
-
-
-def refined(nodes: int, scaled: ScaledContact) -> int:
-    """Nodes for a contact: very thin films (high load) require a mesh twice or four times as fine."""
-    doublings = sum(scaled.moes_load > load for load in THIN_FILM_LOADS)
-    return int((nodes - 1) * 2**doublings + 1)
 
 
 def settled(level: Level, report: PathReport) -> Level:

@@ -10,7 +10,7 @@ The exit condition at the onset of cavitation is that of Swift and Stieber (Swif
 
 import math
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Literal
@@ -22,9 +22,9 @@ from ehl.common.errors import InputError
 from ehl.common.threads import single_thread
 from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
-from ehl.smooth.continuation import HARD_NODES, PATH_NODES, PathReport, cold_path, from_neighbour
+from ehl.smooth.continuation import HARD_NODES, PATH_NODES, PathReport, cold_path, from_neighbour, refined
 from ehl.smooth.newton import FilmShear, Level, NewtonFailure, friction_inlet, numbers_of
-from ehl.smooth.refine import COARSEST, Accuracy, GridLimit, nested, refined, rounding_errors, settled
+from ehl.smooth.refine import COARSEST, Accuracy, GridLimit, nested, rounding_errors, settled
 from ehl.smooth.scaling import ScaledContact, scaled_contact
 
 REASONS = (
@@ -124,6 +124,14 @@ def solve_steady(
         else:
             return steady_result(contact, scaled, shear, levels, limit, near, report, tuple(dict.fromkeys(fallbacks)))
     return _failed(reason, report, tuple(dict.fromkeys(fallbacks)))
+
+
+def coarse_film(contact: LineContact, lubricant: Lubricant, report: PathReport) -> tuple[Level, str] | None:
+    """The isothermal film on a coarse grid and the fallback it took; None if there is no solution."""
+    for attempt in _attempts(scaled_contact(contact, lubricant), None):
+        with suppress(NewtonFailure), undisturbed():
+            return settled(attempt.run(report), report), attempt.fallback
+    return None
 
 
 @contextmanager

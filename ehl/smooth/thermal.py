@@ -20,10 +20,10 @@ from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.smooth.continuation import PathReport
 from ehl.smooth.hot_film import HeatModel, HotFilm
-from ehl.smooth.newton import NewtonFailure, numbers_of
+from ehl.smooth.newton import Level, NewtonFailure, numbers_of
 from ehl.smooth.refine import Accuracy, GridLimit, nested, rounding_errors
 from ehl.smooth.scaling import Offset, ScaledContact, scaled_contact
-from ehl.smooth.solver import ROUNDED, SteadyResult, film_shear, solve_steady, steady_result, undisturbed
+from ehl.smooth.solver import ROUNDED, SteadyResult, coarse_film, film_shear, solve_steady, steady_result, undisturbed
 
 Thermal = Literal["auto", "on", "off"]
 
@@ -102,18 +102,22 @@ def solve_smooth(
         return replace(base, skipped=(*isothermal.skipped, skipped))
 
     rounds, iterations, tolerance = 0, isothermal.iterations, ROUND_TOLERANCE[accuracy]
-    for oil, cold in _references(contact, lubricant, bulk, isothermal):
+    for oil, cold, fallback in _references(contact, lubricant, bulk, isothermal):
         model, scaled = HeatModel(contact, oil, bodies, bulk), scaled_contact(contact, oil)
         ways = [scaled, scaled.rounded()] if scaled.rounded().gamma > scaled.gamma else [scaled]
-        if ROUNDED in cold.fallbacks:
+        if fallback == ROUNDED:
             ways = ways[1:]
         for way in ways:
             fallbacks = [ROUNDED] if way.gamma > scaled.gamma else []
             hot, report, reason = HotFilm(model, way, film_shear(contact, oil), tolerance), PathReport(), ""
             try:
                 with undisturbed():
-                    known = start_heat if oil is lubricant else None
-                    film = _solved(hot, scaled, cold, known, accuracy, report, fallbacks)
+                    offset = None
+                    if start_heat is not None and oil is lubricant:
+                        # temperatures of the neighbour, scaled to the exit of this contact
+                        stretch = isothermal.x_exit / start_heat.x[-1] / contact.half_width
+                        offset = Offset(stretch * start_heat.x, start_heat.log_viscosity_offset)
+                    film = _solved(hot, scaled, cold, offset, accuracy, report, fallbacks)
             except NewtonFailure as failure:
                 reason = failure.reason
             rounds, iterations = rounds + hot.rounds, iterations + report.iterations
@@ -155,38 +159,32 @@ def solve_smooth(
 
 def _references(
     contact: LineContact, lubricant: Lubricant, bulk: tuple[float, float], isothermal: SteadyResult
-) -> Iterator[tuple[Lubricant, SteadyResult]]:
-    """The oil referred to the inlet temperature, then to higher ones; each with its isothermal film.
+) -> Iterator[tuple[Lubricant, Level, str]]:
+    """The oil referred to the inlet temperature, then to higher ones; each with its isothermal film and its fallback.
 
     ln(eta) of a cold oil that is heated by sliding is the difference of two large numbers, the increase with pressure
     and the decrease by heat. With a higher reference temperature both are small, and the initial film is as thin as the
     thermal one. The equations are the same.
     """
-    yield lubricant, isothermal
+    assert isothermal.coarse is not None
+    yield lubricant, isothermal.coarse, ROUNDED if ROUNDED in isothermal.fallbacks else ""
     for warmer in WARMER:
         oil = lubricant.referred_to(0.5 * (bulk[0] + bulk[1]) + warmer)
-        film = solve_steady(contact, oil, accuracy="fast")
-        if film.status == "converged":
-            yield oil, film
+        if film := coarse_film(contact, oil, PathReport()):
+            yield oil, *film
 
 
 def _solved(
     hot: HotFilm,
     scaled: ScaledContact,
-    isothermal: SteadyResult,
-    start_heat: ThermalTraction | None,
+    cold: Level,
+    offset: Offset | None,
     accuracy: Accuracy,
     report: PathReport,
     fallbacks: list[str],
 ) -> SteadyResult:
     """The thermal film with its grid error, on a coarse grid and then on nested ones."""
-    contact, shear, cold = hot.model.contact, hot.shear, isothermal.coarse
-    assert cold is not None
-    offset = None
-    if start_heat is not None:
-        # temperatures of the neighbour, scaled to the exit of this contact
-        stretch = isothermal.x_exit / start_heat.x[-1] / contact.half_width
-        offset = Offset(stretch * start_heat.x, start_heat.log_viscosity_offset)
+    contact, shear = hot.model.contact, hot.shear
     try:
         near = hot.started(cold, offset)
         levels, limit = nested(near, shear, accuracy, PathReport(), fallbacks, hot.solved)
