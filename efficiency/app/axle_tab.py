@@ -74,8 +74,7 @@ class AxleTab:
                 self.headline.text, self.details.text = ("no result", "") if found is None else _words(found)
                 if found is not None and not found.reason:
                     rows = [(name, *row[:3]) for name, row in found.split().items()]
-                    self.bars.options.update(charts.losses(rows))
-                    self.bars.update()
+                    charts.draw(self.bars, charts.losses(rows))
         finally:
             self.busy = False
 
@@ -83,8 +82,7 @@ class AxleTab:
         texts = self._texts()
         found = await self._try(lambda: self.bench.axle_speeds(texts))
         if found is not None:
-            self.speeds.options.update(charts.stacked(*found))
-            self.speeds.update()
+            charts.draw(self.speeds, charts.stacked(*found))
 
 
 def _words(found: AxleResult) -> tuple[str, str]:

@@ -21,6 +21,12 @@ COLOURS: Options = {
 }
 
 
+def draw(chart: Any, options: Options) -> None:
+    """Show other options in a chart of the page."""
+    chart.options.update(options)
+    chart.update()
+
+
 def tooth(answer: SceneAnswer, quantity: str) -> Options:
     """A quantity of `SceneAnswer.tooth` on the gear flank, with its outline."""
     points, top = answer.tooth(quantity)

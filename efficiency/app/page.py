@@ -281,9 +281,8 @@ class Page:
         )
 
     def _show_pictures(self, pressure: dict[str, Any], loss: dict[str, Any], notes: list[Any]) -> None:
-        for chart, options in ((self.pressure, pressure), (self.loss, loss)):
-            chart.options.update(options)
-            chart.update()
+        charts.draw(self.pressure, pressure)
+        charts.draw(self.loss, loss)
         first, rest = notes[:_NOTES], notes[_NOTES:]
         self.notes.clear()
         with self.notes:
@@ -295,10 +294,8 @@ class Page:
                         _note(note)
 
     def _show_bars(self, rows: list[tuple[str, float, float, float]] | None) -> None:
-        if rows is None:
-            return
-        self.bars.options.update(charts.losses(rows))
-        self.bars.update()
+        if rows is not None:
+            charts.draw(self.bars, charts.losses(rows))
 
     async def _draw_map(self) -> None:
         self.map_button.disable()
@@ -312,9 +309,8 @@ class Page:
         self.map_button.enable()
         if found is None:
             return
-        self.map.options.update(charts.efficiency_map(*found))
+        charts.draw(self.map, charts.efficiency_map(*found))
         self.map.set_visibility(True)
-        self.map.update()
         self.drawn["map"] = scene
         self._mark(fresh=True)
 

@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -32,6 +32,7 @@ from efficiency.pair import GearPair
 from ehl.common.data import data_names, data_path
 from ehl.common.errors import InputError, MixedEhlError
 from ehl.common.files import toml_text
+from ehl.common.units import UNITS
 from ehl.common.validation import read_toml
 from ehl.contact import Contact
 from regression.formula import shipped_formulas
@@ -87,6 +88,9 @@ FIRST = "fm_hypoid_13x42_relieved"  # design a page begins with
 MAP_STEPS = 7  # torques and speeds of a map each
 _LIMIT = re.compile(r"(-?\d[\d.e+-]*) (m|K|rad/s|rad|N\*m)\b")
 _LONGEST = 40  # characters of a field
+_KEPT = 16  # pairs, axles, settings and loads, each
+_Key = TypeVar("_Key")
+_T = TypeVar("_T")
 
 
 @dataclass(frozen=True)
@@ -226,26 +230,21 @@ class Bench:
         """The pair of a name: a shipped one, or the file of the command line."""
         if design not in self.designs:
             raise InputError("design", design[:_LONGEST], "one of " + ", ".join(self.designs))
-        if design not in self._pairs:
-            self._pairs[design] = GearPair(self._source(design))
-        return self._pairs[design]
+        return _kept(self._pairs, design, lambda: GearPair(self._source(design)))
 
     def start(self, design: str | None = None) -> Scene:
         """The scene of a design as it is, every field filled."""
         name = design or (self.given.name if self.given is not None else FIRST)
         given = self.pair(name).design
-        point, turn = given.operation, 30.0 / math.pi
-        shifts = given.assembly.misalignment.model_dump()
-        scales = dict.fromkeys(shifts, 1e3) | {"shaft_angle_error": math.degrees(1.0)}
+        point = given.operation
+        values = {key: getattr(point, key) for key in ("torque", "speed", "temperature")}
+        values |= given.assembly.misalignment.model_dump()
         return Scene(
             name,
             oil=point.oil,
             friction=default_friction(point.oil),
-            torque=f"{point.torque:.6g}",
-            speed=f"{point.speed * turn:.6g}",
-            temperature=f"{point.temperature - 273.15:.6g}",
             **self.roughness(name),
-            **{key: f"{scales[key] * value:.6g}" for key, value in shifts.items()},
+            **{key: _text(key, value) for key, value in values.items()},
             **self._start_shape(name),
         )
 
@@ -264,8 +263,8 @@ class Bench:
         if targets is None:
             return {}
         start = {name: start_value(targets, name, "both") for name in SHAPE if name != "hypoid_offset"}
-        texts = {name: f"{1e6 * value:.4g}" for name, value in start.items()}
-        return texts | {"hypoid_offset": f"{1e3 * targets.blank.hypoid_offset:.5g}"}
+        texts = {name: _text(name, value, 4) for name, value in start.items()}
+        return texts | {"hypoid_offset": _text("hypoid_offset", targets.blank.hypoid_offset, 5)}
 
     def shape(self, scene: Scene) -> dict[str, float]:
         """Variables of the flanks [m] that differ from the design's."""
@@ -281,11 +280,8 @@ class Bench:
         if not shape or targets is None:
             return None
         key = (scene.design, repr(shape))
-        if key not in self._settings:
-            self._settings[key] = machine_settings(with_values(targets, shape, "both"), transmission=False)
-            while len(self._settings) > 16:
-                self._settings.pop(next(iter(self._settings)))
-        found = self._settings[key]
+        wanted = with_values(targets, shape, "both")
+        found = _kept(self._settings, key, lambda: machine_settings(wanted, transmission=False))
         if found.status != "converged":
             raise InputError(
                 next(iter(shape)), None, f"flanks that can be cut ({found.status})", "".join(found.warnings[:1])
@@ -295,22 +291,21 @@ class Bench:
     def roughness(self, design: str, finish: str = "") -> dict[str, str]:
         """Texts of the fields of Rq of a pair with a finish."""
         members = _finished(self.pair(design).design, finish)
-        return {
-            "roughness_rms_pinion": f"{1e6 * members.pinion.roughness_rms:.4g}",
-            "roughness_rms_gear": f"{1e6 * members.gear.roughness_rms:.4g}",
-        }
+        rms = {"roughness_rms_pinion": members.pinion.roughness_rms, "roughness_rms_gear": members.gear.roughness_rms}
+        return {name: _text(name, value, 4) for name, value in rms.items()}
 
     def loaded(self, scene: Scene) -> LoadedMesh:
         """The loaded mesh of a scene; the last few are kept. A finish changes neither mesh nor load."""
         mesh_values, torque = scene.mesh_values, scene.values("torque")
         made = self.settings(scene)
         key = (scene.design, scene.side, repr(mesh_values), repr(torque), repr(self.shape(scene)))
-        if key not in self._loads:
+
+        def load() -> LoadedMesh:
             pair: Any = self.pair(scene.design) if made is None else GearPair(made.design)
-            self._loads[key] = pair.mesh(side=scene.side, **mesh_values).load(torque.get("torque"))
-            while len(self._loads) > 16:
-                self._loads.pop(next(iter(self._loads)))
-        found = self._loads[key]
+            loaded: LoadedMesh = pair.mesh(side=scene.side, **mesh_values).load(torque.get("torque"))
+            return loaded
+
+        found = _kept(self._loads, key, load)
         mesh = found.mesh
         return replace(found, mesh=replace(mesh, design=_finished(mesh.bevel, scene.finish))) if scene.finish else found
 
@@ -319,13 +314,11 @@ class Bench:
         name = texts["axle"]
         if name not in data_names("axles"):
             raise InputError("axle", name[:_LONGEST], "one of " + ", ".join(data_names("axles")))
-        if name not in self._axles:
-            self._axles[name] = Axle(name)
         point = {"torque": f"{texts['torque']} N m", "speed": f"{texts['speed']} rpm"}
         kelvin = texts["temperature"]
         point["temperature"] = kelvin if kelvin == BALANCE else f"{kelvin} degC"
         methods = {key: text for key, text in texts.items() if key not in ("axle", *AXLE_FIELDS)}
-        return self._axles[name].with_methods(**methods), point
+        return _kept(self._axles, name, lambda: Axle(name)).with_methods(**methods), point
 
     def axle_point(self, texts: Mapping[str, str]) -> AxleResult:
         """Losses of an axle at the operating point of the tab."""
@@ -507,26 +500,28 @@ def _sentence(scene: Scene, name: str, error: InputError) -> str:
     unit, label = FIELDS.get(name, ("", CHOICES.get(name, name)))
     allowed = error.allowed
     if unit:  # ranges in the unit of the field, which takes no other
-        allowed = _LIMIT.sub(lambda found: _in_unit(found, unit), allowed.partition(" (a number")[0])
+        allowed = _LIMIT.sub(
+            lambda found: f"{_text(name, float(found[1]), 4)} {unit}", allowed.partition(" (a number")[0]
+        )
     typed = str(getattr(scene, name))
     shown = typed if len(typed) <= _LONGEST else typed[:_LONGEST] + "…"
     hint = "" if unit == "degC" else error.hint  # of unit-less numbers in files
     return f"{label}{f' [{unit}]' if unit else ''} = {shown!r} cannot be used; allowed: {allowed}. {hint}".strip()
 
 
-def _in_unit(found: re.Match[str], unit: str) -> str:
-    """A limit such as `2e-05 m` in the unit of a field."""
-    number = float(found[1])
-    match found[2], unit:
-        case "K", "degC":
-            return f"{number - 273.15:.4g} degC"
-        case "m", _:
-            return f"{number * {'um': 1e6, 'mm': 1e3}[unit]:.4g} {unit}"
-        case "rad/s", _:
-            return f"{number * 30.0 / math.pi:.4g} rpm"
-        case "rad", _:
-            return f"{math.degrees(number):.4g} deg"
-    return f"{number:.4g} {unit}"
+def _text(name: str, value: float, digits: int = 6) -> str:
+    """An SI value in the unit of a field."""
+    _, factor, zero = UNITS.get(FIELDS[name][0], ("", 1.0, 0.0))
+    return f"{(value - zero) / factor:.{digits}g}"
+
+
+def _kept(store: dict[_Key, _T], key: _Key, make: Callable[[], _T]) -> _T:
+    """An entry of a store that keeps the last few, made where it is missing."""
+    if key not in store:
+        store[key] = make()
+        while len(store) > _KEPT:
+            store.pop(next(iter(store)))
+    return store[key]
 
 
 def changed(scene: Scene, **values: str) -> Scene:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -55,11 +56,13 @@ def plot_transient(problem: ContactProblem, run: TransientResult, smooth: Steady
         height_ratios=(3.0, 2.4, 1.8, 2.2, 1.9, 2.2),
     )
     figure.suptitle(title, fontsize=10)
-    _mean_pressure(axes["pressure"], problem.line, run)
+    _pressures(axes["pressure"], problem.line, run, mean=True)
     _mean_film(axes["film"], smooth, run, b)
     if hot:
-        _mean_temperature(axes["temperature"], run, b)
-    _last_pressure(axes["pressure_now"], problem.line, run)
+        x, mean = run.profiles.x / b, run.profiles
+        _temperatures(axes["temperature"], x, mean.temperature_film, {"warmer surface": mean.temperature_surface})
+        axes["temperature"].legend(loc="upper left", frameon=False, fontsize=8)
+    _pressures(axes["pressure_now"], problem.line, run, mean=False)
     _last_film(axes["film_now"], run, b)
     _last_filling(axes["filling"], run, b)
     for name in ("pressure", "film", "pressure_now", "film_now"):
@@ -80,17 +83,19 @@ def hertz_line(axes: Axes, pressure_hertz: float) -> None:
     axes.plot(inside, pressure_hertz / 1e9 * np.sqrt(1.0 - inside**2), color=GREY, lw=1.0, ls="--", label="Hertz")
 
 
-def _mean_pressure(axes: Axes, contact: LineContact, run: TransientResult) -> None:
-    profiles = run.profiles
-    x = profiles.x / contact.half_width
-    hertz_line(axes, contact.pressure_hertz)
-    axes.plot(x, (profiles.pressure_fluid + profiles.pressure_asperity) / 1e9, color=DARK, lw=1.0, label="total")
-    axes.plot(x, profiles.pressure_fluid / 1e9, color=BLUE, label="fluid")
-    axes.fill_between(x, profiles.pressure_asperity / 1e9, color=ORANGE, lw=0.0, label="asperities")
-    if math.isfinite(run.roughness_load_share):
-        axes.plot(x, profiles.pressure_macroscopic / 1e9, color=RED, ls=":", label="macroscopic")
+def _pressures(axes: Axes, line: LineContact, run: TransientResult, *, mean: bool) -> None:
+    """Fluid and asperity pressure with that of Hertz: time mean, also in total, or last time step."""
+    shown = run.profiles if mean else run.snapshot
+    x, fluid, asperities = shown.x / line.half_width, shown.pressure_fluid / 1e9, shown.pressure_asperity / 1e9
+    hertz_line(axes, line.pressure_hertz)
+    if mean:
+        axes.plot(x, fluid + asperities, color=DARK, lw=1.0, label="total")
+    axes.plot(x, fluid, color=BLUE, lw=1.5 if mean else 1.2, label="fluid")
+    axes.fill_between(x, asperities, color=ORANGE, lw=0.0, label="asperities")
+    if mean and math.isfinite(run.roughness_load_share):
+        axes.plot(x, run.profiles.pressure_macroscopic / 1e9, color=RED, ls=":", label="macroscopic")
     axes.set(ylabel=axis_label("pressure"), ylim=(0.0, None))
-    axes.set_title(f"mean over {run.travel:.3g} half-widths of travel", fontsize=9)
+    axes.set_title(f"mean over {run.travel:.3g} half-widths of travel" if mean else "last time step", fontsize=9)
     axes.legend(loc="upper left", frameon=False, fontsize=8)
 
 
@@ -103,23 +108,12 @@ def _mean_film(axes: Axes, smooth: SteadyResult, run: TransientResult, b: float)
     axes.legend(loc="upper center", frameon=False, fontsize=8)
 
 
-def _mean_temperature(axes: Axes, run: TransientResult, b: float) -> None:
-    x = run.profiles.x / b
-    axes.plot(x, to_display("temperature", run.profiles.temperature_film), color=ORANGE, label="film, mid-layer")
-    axes.plot(x, to_display("temperature", run.profiles.temperature_surface), color=BLUE, label="warmer surface")
+def _temperatures(axes: Axes, x: FloatArray, film: FloatArray, surfaces: Mapping[str, FloatArray]) -> None:
+    """Temperatures of the film and of named surfaces over x/b."""
+    axes.plot(x, to_display("temperature", film), color=ORANGE, label="film, mid-layer")
+    for dash, (name, temperature) in zip(("-", "--"), surfaces.items(), strict=False):
+        axes.plot(x, to_display("temperature", temperature), color=BLUE, ls=dash, label=name)
     axes.set(ylabel=axis_label("temperature"))
-    axes.legend(loc="upper left", frameon=False, fontsize=8)
-
-
-def _last_pressure(axes: Axes, contact: LineContact, run: TransientResult) -> None:
-    last = run.snapshot
-    x = last.x / contact.half_width
-    hertz_line(axes, contact.pressure_hertz)
-    axes.plot(x, last.pressure_fluid / 1e9, color=BLUE, lw=1.2, label="fluid")
-    axes.fill_between(x, last.pressure_asperity / 1e9, color=ORANGE, lw=0.0, label="asperities")
-    axes.set(ylabel=axis_label("pressure"), ylim=(0.0, None))
-    axes.set_title("last time step", fontsize=9)
-    axes.legend(loc="upper left", frameon=False, fontsize=8)
 
 
 def _last_film(axes: Axes, run: TransientResult, b: float) -> None:
@@ -264,9 +258,7 @@ def _plot_smooth(
         axes, temperature_axes = new_figure(7.0, 6.6).subplots(2, 1, sharex=True, height_ratios=(3, 2))
     else:
         axes = new_figure().add_subplot()
-    inside = np.linspace(-1.0, 1.0, 201)
-    hertz = line.pressure_hertz * np.sqrt(np.maximum(1.0 - inside**2, 0.0))
-    axes.plot(inside, to_display("pressure", hertz), color=GREY, lw=1.0, ls="--", label="Hertz")
+    hertz_line(axes, line.pressure_hertz)
     axes.plot(film.x / b, to_display("pressure", film.pressure), color=BLUE, label="pressure")
     axes.set(ylabel=axis_label("pressure"), xlim=(-2.0, 1.5), ylim=(0.0, None))
     film_axes = axes.twinx()
@@ -278,15 +270,8 @@ def _plot_smooth(
     axes.legend(lines, [str(line.get_label()) for line in lines], loc="upper right", frameon=False)
     axes.set_title(title)
     if heat and temperature_axes:
-        x = heat.x / b
-        temperature_axes.plot(
-            x, to_display("temperature", heat.temperature_film), color=ORANGE, label="film, mid-layer"
-        )
-        temperature_axes.plot(x, to_display("temperature", heat.temperature_flash_1), color=BLUE, label="surface 1")
-        temperature_axes.plot(
-            x, to_display("temperature", heat.temperature_flash_2), color=BLUE, ls="--", label="surface 2"
-        )
-        temperature_axes.set(ylabel=axis_label("temperature"))
+        surfaces = {"surface 1": heat.temperature_flash_1, "surface 2": heat.temperature_flash_2}
+        _temperatures(temperature_axes, heat.x / b, heat.temperature_film, surfaces)
         temperature_axes.legend(loc="upper left", frameon=False)
     (temperature_axes or axes).set_xlabel("x/b [-]")
     return axes

@@ -62,8 +62,8 @@ def fortran_text(program: Program, name: str) -> str:
     lines += [f"  use, intrinsic :: ieee_arithmetic, only: {used}"]
     lines += ["  implicit none", f"  private; public :: {name}", "  integer, parameter :: dp = kind(1.0d0)"]
     lines += [*_stored_rows(program), "contains"]
-    lines += _wrapped(f"elemental subroutine {name}({', '.join((*arguments, *OUTPUTS))})", "  ")
-    lines += _wrapped(f"real(dp), intent(in) :: {', '.join(arguments)}", "    ")
+    lines += [broken(f"elemental subroutine {name}({', '.join((*arguments, *OUTPUTS))})", "  ", end=" &")]
+    lines += [broken(f"real(dp), intent(in) :: {', '.join(arguments)}", "    ", end=" &")]
     lines += ["    real(dp), intent(out) :: mu, lower, upper; integer, intent(out) :: flag"]
     for kind, logical in (("real(dp)", False), ("logical", True)):
         names = [
@@ -72,7 +72,7 @@ def fortran_text(program: Program, name: str) -> str:
             if step.logical == logical and step.name not in OUTPUTS
         ]
         if names:
-            lines += _wrapped(f"{kind} :: {', '.join(names)}", "    ")
+            lines += [broken(f"{kind} :: {', '.join(names)}", "    ", end=" &")]
     statements = [
         f"{variable} = {f'int({expression})' if variable == 'flag' else expression};"
         for variable, expression, _ in assignments(program, printer)
@@ -92,7 +92,3 @@ def fortran_text(program: Program, name: str) -> str:
     lines += [function.loop(".f90").removesuffix("\n") for function in program.data_functions]
     lines += [f"end module {name}_formula", ""]
     return "\n".join(lines)
-
-
-def _wrapped(line: str, indent: str) -> list[str]:
-    return broken(line, indent, end=" &").split("\n")

@@ -80,15 +80,13 @@ def matlab_text(program: Program, name: str) -> str:
     """A function file; arguments are numbers or arrays that expand to one size (MATLAB R2016b, Octave 4)."""
     printer = MatlabPrinter(name)
     arguments = ", ".join(argument.name for argument in program.arguments)
-    lines = _wrapped(f"function [mu, lower, upper, flag] = {name}({arguments})", "")
-    lines += [commented(program, "%")]
+    lines = [
+        broken(f"function [mu, lower, upper, flag] = {name}({arguments})", "", end=" ..."),
+        commented(program, "%"),
+    ]
     statements = [f"{variable} = {expression};" for variable, expression, _ in assignments(program, printer)]
     lines += packed(statements, "  ", " ...")
     lines += ["end"]
     lines += [text for operation, text in _HELPERS.items() if operation in program.operations]
     lines += [_CHOOSE, *([_ROWS] if program.data_functions else []), *_data_functions(program), ""]
     return "\n".join(lines)
-
-
-def _wrapped(line: str, indent: str) -> list[str]:
-    return broken(line, indent, end=" ...").split("\n")

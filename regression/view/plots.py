@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ehl.common.figures import BLUE, GREY, ORANGE, axes_or_new, new_figure
+from ehl.common.figures import BLUE, GREY, ORANGE, axes_or_new, figure_of, new_figure, panels
 from ehl.common.quantities import axis_label, quantity, to_display, typeset_units
 from ehl.fluid.oil import Oil
 from ehl.state import ContactState
@@ -128,11 +128,10 @@ def varies(middle: CurveConditions, name: str) -> bool:
 
 def plot_stribeck(middle: CurveConditions, formulas: Sequence[FittedFormula]) -> Figure:
     """Friction over the film ratio at three slide-to-roll ratios, from slow and rough to fast and smooth."""
-    figure = new_figure(10.4, 4.9, dpi=RASTER_DPI)
-    panels = figure.subplots(1, 3, sharey=True)
+    all_axes = _three(4.9)
     ends = (middle.quantiles(name, (0.03, 0.97), above=0.0) for name in ("speed_entrainment", "roughness_rms"))
     speed, rough = (np.geomspace(low, high, _POINTS) for low, high in ends)
-    for axes, sliding in zip(panels, middle.quantiles("slide_to_roll_total"), strict=True):
+    for axes, sliding in zip(all_axes, middle.quantiles("slide_to_roll_total"), strict=True):
         here = middle.at(slide_to_roll_total=sliding)
         table = here.conditions(speed_entrainment=speed, roughness_rms=rough[::-1])
         mu, near = here.near("speed_entrainment", "roughness_rms")
@@ -144,21 +143,20 @@ def plot_stribeck(middle: CurveConditions, formulas: Sequence[FittedFormula]) ->
         plain_ticks(axes.xaxis, ratio[0], ratio[-1])
     frame = fitted_rows(middle.dataset)
     least, most = frame["friction_coefficient"].quantile((0.01, 0.995))
-    for axes in panels:
+    for axes in all_axes:
         axes.set(yscale="log", ylim=(0.6 * least, 2.0 * most))
         plain_ticks(axes.yaxis, 0.6 * least, 2.0 * most)
-    _legend(figure, panels)
-    return figure
+    all_axes[0].set_ylabel("friction coefficient µ [-]")
+    return _with_legend(all_axes, ncols=5, fontsize=8)
 
 
 def plot_traction(middle: CurveConditions, formulas: Sequence[FittedFormula]) -> Figure:
     """Friction over the slide-to-roll ratio at three pressures."""
-    figure = new_figure(10.4, 4.9, dpi=RASTER_DPI)
-    panels = figure.subplots(1, 3, sharey=True)
+    all_axes = _three(4.9)
     high = middle.ranges["slide_to_roll_total"][1]
     sliding = np.linspace(0.0, high, 4 * _POINTS)
     reach: list[float] = []
-    for axes, pressure in zip(panels, middle.quantiles("pressure_hertz"), strict=True):
+    for axes, pressure in zip(all_axes, middle.quantiles("pressure_hertz"), strict=True):
         here = middle.at(pressure_hertz=pressure)
         table = here.conditions(slide_to_roll_total=sliding)
         mu, near = here.near("slide_to_roll_total")
@@ -169,9 +167,8 @@ def plot_traction(middle: CurveConditions, formulas: Sequence[FittedFormula]) ->
         reach.append(float(np.quantile(mu, 0.95)) if mu.size else 0.0)
         reach.append(1.3 * float(np.nanmax(formulas[0].evaluate(table).mu)))
     # formulas with much larger friction are cut off
-    panels[0].set_ylim(0.0, max(1.6 * max(reach), 1.1 * COLEMAN))
-    _legend(figure, panels)
-    return figure
+    all_axes[0].set(ylim=(0.0, max(1.6 * max(reach), 1.1 * COLEMAN)), ylabel="friction coefficient µ [-]")
+    return _with_legend(all_axes, ncols=5, fontsize=8)
 
 
 def plot_maps(middle: CurveConditions, formula: FittedFormula) -> Figure:
@@ -181,8 +178,7 @@ def plot_maps(middle: CurveConditions, formula: FittedFormula) -> Figure:
     """
     from matplotlib.colors import LogNorm
 
-    figure = new_figure(10.4, 3.6, dpi=RASTER_DPI)
-    panels = figure.subplots(1, 3, sharey=True)
+    all_axes = _three(3.6)
     pressure = np.linspace(*middle.ranges["pressure_hertz"], _MAP)
     speed = np.geomspace(*middle.ranges["speed_entrainment"], _MAP)
     grid = dict(zip(("speed_entrainment", "pressure_hertz"), np.meshgrid(speed, pressure), strict=True))
@@ -193,7 +189,7 @@ def plot_maps(middle: CurveConditions, formula: FittedFormula) -> Figure:
     every = np.concatenate([value.mu.ravel() for value in maps])
     levels = np.geomspace(0.98 * np.nanmin(every), 1.02 * np.nanmax(every), 17)
     norm = LogNorm(levels[0], levels[-1])
-    for axes, here, value in zip(panels, panels_at, maps, strict=True):
+    for axes, here, value in zip(all_axes, panels_at, maps, strict=True):
         filled = axes.contourf(speed, up, value.mu, levels=levels, cmap="viridis", norm=norm)
         extrapolated = np.isin(value.flag, _EXTRAPOLATED)
         if extrapolated.any():
@@ -205,8 +201,9 @@ def plot_maps(middle: CurveConditions, formula: FittedFormula) -> Figure:
         plain_ticks(axes.xaxis, speed[0], speed[-1])
         held = typeset_units(quantity(third).text(here.held[third], 2))
         axes.set_title(f"{quantity(third).label} {held}", fontsize=10)
-    panels[0].set_ylabel(axis_label("pressure_hertz"))
-    bar = figure.colorbar(filled, ax=panels, label="friction coefficient µ [-]")
+    all_axes[0].set_ylabel(axis_label("pressure_hertz"))
+    figure = figure_of(all_axes[0])
+    bar = figure.colorbar(filled, ax=all_axes, label="friction coefficient µ [-]")
     bar.set_ticks(levels[::4].tolist(), labels=[f"{level:.2g}" for level in levels[::4]])
     return figure
 
@@ -228,11 +225,18 @@ def _curves(axes: Axes, x: Array, table: Conditions, formulas: Sequence[FittedFo
             axes.fill_between(x, value.lower, value.upper, color=colour, alpha=0.15, lw=0.0)
 
 
-def _legend(figure: Figure, panels: Sequence[Axes]) -> None:
-    """One legend for all panels, fitted formulas first."""
-    panels[0].set_ylabel("friction coefficient µ [-]")
-    handles, labels = panels[0].get_legend_handles_labels()
-    figure.legend(handles[::-1], labels[::-1], loc="outside lower center", ncols=5, frameon=False, fontsize=8)
+def _three(height: float, count: int = 3) -> list[Axes]:
+    """Panels, three in a row, with one scale of friction."""
+    return panels(count, 3, (0.0, 0.0), (10.4 / 3.0, height), dpi=RASTER_DPI, sharey=True)
+
+
+def _with_legend(all_axes: Sequence[Axes], ncols: int, fontsize: float | None = None) -> Figure:
+    """Their figure with one legend for all panels, fitted formulas first."""
+    figure = figure_of(all_axes[0])
+    handles, labels = all_axes[0].get_legend_handles_labels()
+    style = {"ncols": ncols, "frameon": False, "fontsize": fontsize}
+    figure.legend(handles[::-1], labels[::-1], loc="outside lower center", **style)
+    return figure
 
 
 COLOURS = (BLUE, ORANGE, "#4f8f5b", "#8d5a97", "#b0413e", "#5f6b2d")
@@ -282,9 +286,8 @@ def plot_regimes(dataset: Dataset, formulas: Sequence[FittedFormula]) -> Figure:
     bands = [(low, high) for low, high in limits if ((ratio >= low) & (ratio < high)).any()]
     if np.isinf(ratio).any():
         bands.append((math.inf, math.inf))
-    figure = new_figure(9.6, 4.2 * math.ceil(len(bands) / 2), dpi=RASTER_DPI)
-    panels = np.ravel(figure.subplots(math.ceil(len(bands) / 2), 2, squeeze=False))
-    for axes, (low, high) in zip(panels, bands, strict=False):
+    all_axes = panels(len(bands), 2, (0.0, 0.0), (4.8, 4.2), dpi=RASTER_DPI)
+    for axes, (low, high) in zip(all_axes, bands, strict=True):
         inside = (ratio >= low) & (ratio < high) if math.isfinite(low) else np.isinf(ratio)
         ends = np.quantile(mu[inside], (0.005, 1.0)) * (0.7, 1.3)
         # the best formula on top
@@ -293,19 +296,16 @@ def plot_regimes(dataset: Dataset, formulas: Sequence[FittedFormula]) -> Figure:
             if order == 0:
                 rest = inside & ~used
                 axes.plot(x[rest], y[rest], ".", ms=4, color="#b9bec6", alpha=0.7, label="left out", rasterized=True)
-            here, style = inside & used, {"color": COLOURS[order % len(COLOURS)], "alpha": 0.75 if order == 0 else 0.35}
-            axes.plot(x[here], y[here], ".", ms=4, label=name, rasterized=True, **style)
+            here, colour = inside & used, COLOURS[order % len(COLOURS)]
+            alpha = 0.75 if order == 0 else 0.35
+            axes.plot(x[here], y[here], ".", ms=4, label=name, color=colour, alpha=alpha, rasterized=True)
         _equal_within_tenth(axes, ends)
         axes.set(xscale="log", yscale="log", xlim=ends, ylim=(0.5 * ends[0], 2.0 * ends[1]))
         axes.set(xlabel="computed friction coefficient [-]", ylabel="by formula, held out [-]")
         axes.set_title(_band_title(low, high, int((inside & used).sum())), fontsize=10)
         plain_ticks(axes.xaxis, *ends)
         plain_ticks(axes.yaxis, 0.5 * ends[0], 2.0 * ends[1])
-    for axes in panels[len(bands) :]:
-        axes.set_axis_off()
-    handles, labels = panels[0].get_legend_handles_labels()
-    figure.legend(handles[::-1], labels[::-1], loc="outside lower center", ncols=4, frameon=False)
-    return figure
+    return _with_legend(all_axes, ncols=4)
 
 
 def _equal_within_tenth(axes: Axes, ends: Array) -> None:
@@ -337,11 +337,9 @@ def plot_residuals(dataset: Dataset, formula: FittedFormula) -> Figure:
     frame = fitted_rows(dataset, formula)
     ratio = held_out_friction(dataset, formula).mu / computed_friction(frame)
     shown = [name for name in AXES if _varies(frame[name].to_numpy(dtype=float))]
-    rows = math.ceil(len(shown) / 3)
-    figure = new_figure(10.4, 2.7 * rows, dpi=RASTER_DPI)
-    panels = np.ravel(figure.subplots(rows, 3, squeeze=False, sharey=True))
+    all_axes = _three(2.7, len(shown))
     limit = max(1.1, float(np.exp(1.2 * np.quantile(np.abs(np.log(ratio)), 0.98))))
-    for number, (axes, name) in enumerate(zip(panels, shown, strict=False)):
+    for number, (axes, name) in enumerate(zip(all_axes, shown, strict=True)):
         entry, logarithmic = quantity(name), AXES[name]
         values = frame[name].to_numpy(dtype=float)
         here = np.isfinite(values) & ((values > 0.0) if logarithmic else True)
@@ -358,9 +356,7 @@ def plot_residuals(dataset: Dataset, formula: FittedFormula) -> Figure:
             plain_ticks(axes.xaxis, float(x.min()), float(x.max()))
         if number % 3 == 0:
             axes.set_ylabel("µ held out over\ncomputed µ [-]")
-    for axes in panels[len(shown) :]:
-        axes.set_axis_off()
-    return figure
+    return figure_of(all_axes[0])
 
 
 def _varies(values: Array) -> bool:

@@ -7,8 +7,7 @@ the sign of the sliding.
 
 from ehl.common.errors import InputError
 from regression.friction.families.family import Family
-from regression.friction.families.film_regimes import REGIMES
-from regression.friction.families.log_linear import POWER_LAW, XU
+from regression.friction.families.linear import POWER_LAW, REGIMES, XU
 from regression.friction.families.short import SHORT, short_parts
 
 __all__ = ["FAMILIES", "POWER_LAW", "REGIMES", "SHORT", "XU", "Family", "family_named", "short_parts"]

@@ -13,7 +13,7 @@ from ehl.state import ContactState
 from regression.fitting.coefficients import fit_coefficients, parts_of
 from regression.friction.conditions import conditions_of
 from regression.friction.families import FAMILIES, SHORT, short_parts
-from regression.friction.families.film_regimes import KNOTS, hats
+from regression.friction.families.linear import KNOTS, hats
 from regression.friction.families.short import CAP_ORDER, film_friction, heated_film
 from regression.friction.published import XU_COEFFICIENTS
 
