@@ -145,11 +145,8 @@ def plot_run_time(comparison: Comparison) -> Figure:
     figure = new_figure(7.0, 0.9 + 0.34 * len(rows))
     axes: Axes = figure.add_subplot()
     seconds = np.maximum([row.seconds for row in rows], 1e-5)
-    axes.barh(np.arange(len(rows)), seconds, color=BLUE)
-    for place, value in enumerate(seconds):
-        axes.annotate(
-            f"{value:.3g} s", (value, place), xytext=(4, 0), textcoords="offset points", va="center", fontsize=8
-        )
+    bars = axes.barh(np.arange(len(rows)), seconds, color=BLUE)
+    axes.bar_label(bars, [f"{value:.3g} s" for value in seconds], padding=4, fontsize=8)
     axes.set_yticks(np.arange(len(rows)), [row.label for row in rows], fontsize=8)
     axes.set_xscale("log")
     axes.xaxis.set_minor_formatter(NullFormatter())

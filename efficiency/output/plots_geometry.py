@@ -372,11 +372,7 @@ def harmonics_figure(side: SideGeometry) -> Figure:
     axes = figure.add_subplot()
     values = side.pair.transmission.harmonics / ARCSEC
     order = np.arange(1, values.size + 1)
-    axes.bar(order, values, color=BLUE, width=0.6)
-    for at, value in zip(order, values, strict=True):
-        axes.annotate(
-            f"{value:.3g}", (at, value), xytext=(0, 3), textcoords="offset points", ha="center", va="bottom", fontsize=8
-        )
+    axes.bar_label(axes.bar(order, values, color=BLUE, width=0.6), fmt="{:.3g}", padding=3, fontsize=8)
     axes.set(
         xlabel="order of the mesh frequency [-]",
         ylabel="amplitude [arcsec]",
