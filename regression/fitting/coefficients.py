@@ -5,7 +5,7 @@ Results are coefficients with standard errors, collinearity, and terms that coul
 Training of the neural networks that correct a closed form: mu and both of its parts, weighted by the errors.
 
 The loss of a case is linear above one standard deviation. Gradients are by backpropagation and the optimiser is L-BFGS.
-Each network of the ensemble starts from different random weights.
+Each network of the ensemble starts from different random weights, or from trained ones to which it is held (tuning).
 """
 
 import math
@@ -23,8 +23,8 @@ from regression.data.dataset import columns
 from regression.fitting.rows import boundary_friction_of, computed_friction
 from regression.friction.conditions import GROUPS, Array
 from regression.friction.families import Family
-from regression.friction.fitted import friction_of_form
-from regression.friction.network import DIGITS, FILM_POWER, INPUTS, Network, parts_of_form, squashed
+from regression.friction.fitted import FittedFormula, friction_of_form
+from regression.friction.network import DIGITS, FILM_PART, FILM_POWER, INPUTS, Network, parts_of_form, squashed
 
 MEMBERS, UNITS_OF_A_LAYER = 5, 16
 _STEPS = 500
@@ -33,6 +33,9 @@ _DIGITS = 6  # decimals of means and scales
 _DECAY = 5.0  # weight decay of a dataset, divided by its number of cases
 _SCATTER = 0.08  # standard deviation of ln mu that is added to the error of a case
 _WEIGHT_OF_PARTS = 0.5
+# tuned on each shipped oil with networks of the others and 32 to 1280 of its contacts (docs/friction_formula.md)
+_HOLD = 300.0  # weight of the squared change of the weights of tuned networks, divided by the number of cases
+_TUNING_STEPS = 200
 MAX_ERROR = 0.25  # largest stated error of mu of a training case
 
 
@@ -44,6 +47,7 @@ def train(
     mu: Array,
     error: Array,
     boundary_friction: float | Array,
+    trained: Network | None = None,
 ) -> Network:
     """Networks that correct a closed form to computed friction.
 
@@ -53,9 +57,38 @@ def train(
     mu (n,): computed friction.
     error (n,): its stated relative error (90 %); cases above `MAX_ERROR` are excluded.
     boundary_friction: number or array of shape (n,).
+    trained: networks of other cases, which are tuned to these.
     Raises `InputError`: no variable varies.
     """
     share, film = form
+    if trained is None:
+        network, x = _untrained(table, share, film)
+    else:
+        network = trained
+        inputs = np.column_stack(network.inputs(share, film, table))
+        x = (inputs - np.array(network.mean)) / np.array(network.scale)
+    plain = share * boundary_friction + film
+    # relative to the closed form, so that profiles with high friction do not have a smaller error
+    deviation = np.sqrt(_SCATTER**2 + (error * mu / plain / 1.645) ** 2)
+    known = error <= MAX_ERROR
+    problem = _Problem(
+        x[known],
+        (share / np.maximum(1.0 - share, 1e-12))[known],
+        parts_of_form(share, film)[FILM_PART][known],
+        np.broadcast_to(boundary_friction, mu.shape)[known],
+        mu[known],
+        deviation[known],
+        None if computed is None else (computed[0][known], computed[1][known]),
+    )
+    if trained is None:
+        members = [problem.solved(problem.random(np.random.default_rng(seed))) for seed in range(1, MEMBERS + 1)]
+    else:
+        members = [problem.tuned(np.concatenate(rows) * network.step) for rows in network.members]
+    return Network.model_validate({**network.model_dump(), "members": members})
+
+
+def _untrained(table: Mapping[str, Array], share: Array, film: Array) -> tuple[Network, Array]:
+    """A network without effect for the inputs that vary, and their standardised values, shape (n, d)."""
     seen = {name: GROUPS[name](table) if name in GROUPS else table[name] for name in INPUTS[:-2]}
     seen |= parts_of_form(share, film)
     with np.errstate(divide="ignore"):
@@ -66,28 +99,16 @@ def train(
     inputs = np.column_stack([logs[name] for name in names])
     mean, scale = np.round(inputs.mean(axis=0), _DIGITS), np.round(inputs.std(axis=0), _DIGITS)
     x = (inputs - mean) / scale
-    plain = share * boundary_friction + film
-    # relative to the closed form, so that profiles with high friction do not have a smaller error
-    deviation = np.sqrt(_SCATTER**2 + (error * mu / plain / 1.645) ** 2)
-    known = error <= MAX_ERROR
-    problem = _Problem(
-        x[known],
-        (share / np.maximum(1.0 - share, 1e-12))[known],
-        seen["film_part"][known],
-        np.broadcast_to(boundary_friction, mu.shape)[known],
-        mu[known],
-        deviation[known],
-        None if computed is None else (computed[0][known], computed[1][known]),
-    )
-    members = tuple(problem.solved(np.random.default_rng(seed)) for seed in range(1, MEMBERS + 1))
-    return Network(
+    widths = [len(names) + 1] * UNITS_OF_A_LAYER + [UNITS_OF_A_LAYER + 1] * (UNITS_OF_A_LAYER + 2)
+    network = Network(
         variables=names,
         mean=tuple(map(float, mean)),
         scale=tuple(map(float, scale)),
         low=tuple(map(float, np.round(x.min(axis=0), _DIGITS))),
         high=tuple(map(float, np.round(x.max(axis=0), _DIGITS))),
-        members=members,
+        members=(tuple((0,) * width for width in widths),),
     )
+    return network, x
 
 
 class _Problem:
@@ -109,7 +130,7 @@ class _Problem:
         self.mu, self.deviation, self.computed = mu, deviation, computed
         n, d = UNITS_OF_A_LAYER, x.shape[1]
         self.shapes = ((n, d + 1), (n, n + 1), (2, n + 1))
-        self.decay = _DECAY / len(mu)
+        self.decay, self.held = _DECAY / len(mu), np.zeros(0)
 
     def layers(self, weights: Array) -> list[Array]:
         """Weights of each layer, biases last."""
@@ -152,19 +173,27 @@ class _Problem:
             for down, up in ((outer, self.x), (inner, one), (slopes, two))
         ]
         flat = np.concatenate([part.ravel() for part in gradient])
-        return value / len(mu) + 0.5 * self.decay * float(weights @ weights), flat + self.decay * weights
+        moved = weights - self.held if self.held.size else weights
+        return value / len(mu) + 0.5 * self.decay * float(moved @ moved), flat + self.decay * moved
 
-    def solved(self, random: np.random.Generator) -> tuple[tuple[int, ...], ...]:
-        """Weights of one trained network by rows, in units of their last digit."""
-        from scipy.optimize import minimize
-
+    def random(self, random: np.random.Generator) -> Array:
+        """Weights from which a network starts."""
         start = []
         for shape, size in zip(self.shapes, (1.0, 1.0, 0.1), strict=True):
             layer = random.standard_normal(shape) * size / np.sqrt(shape[1] - 1)
             start.append(layer.ravel())
-        found = minimize(
-            self.loss, np.concatenate(start), jac=True, method="L-BFGS-B", options={"maxiter": _STEPS, "maxcor": 20}
-        )
+        return np.concatenate(start)
+
+    def tuned(self, start: Array) -> tuple[tuple[int, ...], ...]:
+        """As `solved`, held to the weights of a trained network."""
+        self.decay, self.held = _HOLD / len(self.mu), start
+        return self.solved(start, _TUNING_STEPS)
+
+    def solved(self, start: Array, steps: int = _STEPS) -> tuple[tuple[int, ...], ...]:
+        """Weights of one trained network by rows, in units of their last digit."""
+        from scipy.optimize import minimize
+
+        found = minimize(self.loss, start, jac=True, method="L-BFGS-B", options={"maxiter": steps, "maxcor": 20})
         rounded = np.rint(np.asarray(found.x) * 10.0**DIGITS).astype(int)
         return tuple(tuple(map(int, row)) for layer in self.layers(rounded) for row in layer)
 
@@ -331,6 +360,7 @@ class FittedForm:
     network: Network | None
     # coefficients of the rows of each oil, if the networks correct a form for each oil
     of_oil: Mapping[str, Coefficients] = field(default_factory=dict)
+    source: FittedFormula | None = None  # formula of other oils with these coefficients, whose networks are tuned
 
     def coefficients_of(self, oil: str | None) -> Coefficients:
         """Coefficients of an oil; those of all rows if it has none."""
@@ -365,10 +395,12 @@ def fit_form(
     frame: usable rows.
     network: add the networks (`with_networks`).
     by_oil: coefficients of each oil, and networks that correct all of these forms.
-    near: fit to most of the same rows as the start.
+    near: fit to most of the same rows as the start, or a form with networks of other oils (`source`) to be tuned.
     Raises `InputError`: several boundary frictions that are no input of the family, or too few dimensions;
     `ConvergenceError`: the nonlinear fit did not converge.
     """
+    if near is not None and near.source is not None:
+        return with_networks(near, frame) if network else near
     mu_b = boundary_friction_of(frame)
     if family.design is not None and isinstance(mu_b, np.ndarray):
         values = sorted({float(value) for value in mu_b})
@@ -402,5 +434,6 @@ def with_networks(form: FittedForm, frame: pd.DataFrame) -> FittedForm:
         computed_friction(frame),
         np.nan_to_num(frame["friction_error"].to_numpy(dtype=float)),
         boundary_friction_of(frame),
+        form.network,
     )
     return replace(form, network=trained)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.runner import run_tasks
 from regression.data.dataset import Dataset, columns
-from regression.fitting.coefficients import FittedForm, fit_form, with_networks
+from regression.fitting.coefficients import Coefficients, FittedForm, fit_form, parts_of, with_networks
 from regression.fitting.rows import box_of, computed_friction, fitted_rows
 from regression.friction.conditions import Array
 from regression.friction.data_cloud import CloudDistance, data_cloud
@@ -25,6 +25,9 @@ _INNER_FOLDS = 5
 # cache of fits with their held-out friction, for reports and for formulas of several oils
 _KEPT: dict[tuple[str, bool, bool, bytes], tuple[FittedForm, HeldOut]] = {}
 _MAX_KEPT = 32
+# networks of other oils that are tuned to few contacts: their formula, the number of contacts from which on a fit has
+# networks of its own, and the mean error of ln mu up to which they are tuned
+TUNED, OWN_NETWORKS, TUNABLE = "gear", 4000, 0.25
 _CELLS = 4  # cells per axis of the (p, R) groups
 # closed form, the rows it was fitted to, rows that were held out
 HeldTask = tuple[FittedForm, pd.DataFrame, pd.DataFrame]
@@ -76,19 +79,20 @@ def cross_validate(
     network: bool = False,
     by_oil: bool = False,
     folds: NDArray[np.int64] | None = None,
+    near: FittedForm | None = None,
     jobs: int | None = 1,
 ) -> HeldOut:
     """Friction of every row by a formula, including networks, fitted without its fold.
 
     frame: usable rows.
-    network, by_oil: as in `fit_form`.
+    network, by_oil, near: as in `fit_form`.
     folds (n,): default: those of `fold_numbers`.
     jobs: worker processes that train the networks.
     """
     folds = fold_numbers(frame) if folds is None else folds
     mu, deviation = np.empty(len(frame)), np.zeros(len(frame))
     extrapolated = np.zeros(len(frame), dtype=bool)
-    form: FittedForm | None = None
+    form = near
     tasks: list[HeldTask] = []
     for number in np.unique(folds):
         held = folds == number
@@ -123,14 +127,34 @@ def fitted_and_held_out(
     """The fit to all rows and the result of `cross_validate`, cached in the process."""
     identity = (family.name, network, by_oil, _digest(frame))
     if identity not in _KEPT:
+        near = networks_to_tune(family, frame) if network else None
         found = (
-            fit_form(family, frame, network=network, by_oil=by_oil),
-            cross_validate(family, frame, network=network, by_oil=by_oil, jobs=jobs),
+            fit_form(family, frame, network=network, by_oil=by_oil, near=near),
+            cross_validate(family, frame, network=network, by_oil=by_oil, near=near, jobs=jobs),
         )
         while len(_KEPT) >= _MAX_KEPT:
             del _KEPT[next(iter(_KEPT))]
         _KEPT[identity] = found
     return _KEPT[identity]
+
+
+def networks_to_tune(family: Family, frame: pd.DataFrame) -> FittedForm | None:
+    """The shipped networks of several oils, for contacts of other oils; None if they do not describe these.
+
+    None also for as many contacts as make networks of their own, and for contacts without both parts of mu.
+    """
+    parts = parts_of(family, frame)
+    if parts is None or len(frame) > OWN_NETWORKS or "oil" not in frame:
+        return None
+    shipped = FittedFormula.load(TUNED)
+    if shipped.network is None or shipped.family != family.name:
+        return None
+    if set(frame["oil"].unique()) & {identity.name for identity in shipped.oils}:
+        return None  # the networks contain these contacts or similar ones
+    known = shipped.coefficients, shipped.standard_errors, shipped.dropped, shipped.variance_inflation
+    form = FittedForm(family, Coefficients(*known, shipped.condition_number), shipped.network, source=shipped)
+    error = np.abs(np.log(form.friction(frame)[0] / computed_friction(frame)))
+    return form if float(error.mean()) < TUNABLE else None
 
 
 def _digest(frame: pd.DataFrame) -> bytes:

@@ -16,7 +16,12 @@ from ehl.common.threads import single_thread
 from regression import __version__
 from regression.data.dataset import Dataset, columns
 from regression.fitting.coefficients import fit_form
-from regression.fitting.cross_validation import fitted_and_held_out, frictions, nested_cross_validate
+from regression.fitting.cross_validation import (
+    fitted_and_held_out,
+    frictions,
+    nested_cross_validate,
+    networks_to_tune,
+)
 from regression.fitting.rows import (
     BANDS,
     band_noise,
@@ -223,6 +228,11 @@ def fit_formula(
     score = error if deviation is None else error / deviation
     covered = covered_by_other_folds(frame["film_ratio_formula"].to_numpy(dtype=float), score, held_out.folds)
     mu_b = frame["boundary_friction"]
+    ranges = {name: _rounded_range(frame[name].to_numpy(dtype=float)) for name in box}
+    if form.source is not None:  # tuned networks describe these as well; `cloud` shows where the new contacts end
+        for name, known in form.source.ranges.items():
+            low, high = ranges.get(name, known)
+            ranges[name] = min(low, known[0]), max(high, known[1])
     formula = FittedFormula(
         schema_version=FORMULA_SCHEMA,
         writer=f"mixed-ehl {__version__}",
@@ -236,8 +246,8 @@ def fit_formula(
         # the most frequent value, the smaller of two equally frequent ones
         boundary_friction=float(mu_b.mode().min()),
         boundary_friction_range=(float(mu_b.min()), float(mu_b.max())),
-        ranges={name: _rounded_range(frame[name].to_numpy(dtype=float)) for name in box},
-        units={name: UNITS[name] for name in box},
+        ranges=ranges,
+        units={name: UNITS[name] for name in ranges},
         oils=tuple(identity for identity in oil_identities(dataset) if oil in (None, identity.name)),
         fit=scores(frame, within),
         validation=scores(
@@ -259,6 +269,7 @@ def fit_formula(
             count=len(dataset.frame),
             used=len(own),
             excluded=excluded,
+            tuned=None if form.source is None else form.source.name,
         ),
         cloud=data_cloud(columns(frame), box),
         network=None if form.network is None else form.network.model_copy(update={"noise": noise_of_network}),
@@ -336,11 +347,11 @@ def _width_of_oils_left_out(family: Family, frame: pd.DataFrame, *, network: boo
     oils = frame["oil"].unique() if "oil" in frame else ()
     if len(oils) < 3:
         return None
-    tasks = []
+    tasks, near = [], networks_to_tune(family, frame) if network else None
     for oil in oils:
         held = own_rows(frame, oil)
         rest = frame[~held].reset_index(drop=True)
-        tasks.append((fit_form(family, rest), rest, frame[held]))
+        tasks.append((fit_form(family, rest, near=near), rest, frame[held]))
     found = zip(tasks, frictions(tasks, network=network, jobs=jobs), strict=True)
     error = [np.abs(np.log(mu / computed_friction(held))) for (_, _, held), (mu, _) in found]
     return conformal_width(np.concatenate(error), INTERVAL_LEVEL)

@@ -53,6 +53,7 @@ class DataIdentity(InputModel):
     count: int
     used: int
     excluded: dict[str, int]
+    tuned: str | None = None  # shipped formula of other oils, whose networks were tuned to these data
 
 
 class FittedFormula(FrictionModel, InputModel):
@@ -356,6 +357,7 @@ class FittedFormula(FrictionModel, InputModel):
             what = f"the mean of {len(network.members)} networks of 2 x {network.units} units"
             lines += ["", f"X/(1 - X) times exp(a), F/(1 - X)^1.5 times exp(b); a, b {what} in"]
             lines += [f"  {', '.join(network.variables)}"]
+            lines += [f"  tuned from the networks of {self.data.tuned}"] if self.data.tuned else []
         lines += ["", "range:"]
         lines += [
             f"  {quantity(name).label}: {quantity(name).span(low, high)}" for name, (low, high) in self.ranges.items()

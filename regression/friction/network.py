@@ -111,6 +111,17 @@ class Network(InputModel):
         part = fading * fading * (3.0 - 2.0 * fading)
         return part, mean_a, mean_b, (a * a).mean(axis=0), (a * b).mean(axis=0), (b * b).mean(axis=0)
 
+    def inputs(self, share: Array, film: Array, conditions: Conditions) -> list[Array]:
+        """ln |v| of each variable, shape (n,); arguments as in `corrected`."""
+        seen, logarithms = parts_of_form(share, film), []
+        for name, mean, scale, high in zip(self.variables, self.mean, self.scale, self.high, strict=True):
+            value = seen[name] if name in seen else GROUPS[name](conditions) if name in GROUPS else conditions[name]
+            if name == "film_ratio_formula":  # no further effect of roughness in thicker films
+                value = np.minimum(value, np.exp(mean + scale * high))
+            with np.errstate(divide="ignore"):
+                logarithms.append(np.log(np.abs(value)))
+        return logarithms
+
     def corrected(
         self,
         share: Array,
@@ -127,14 +138,7 @@ class Network(InputModel):
         evaluate: replacement of `statistics`.
         """
         odds = share / np.maximum(1.0 - share, 1e-12)
-        seen = parts_of_form(share, film)
-        logarithms = []
-        for name, mean, scale, high in zip(self.variables, self.mean, self.scale, self.high, strict=True):
-            value = seen[name] if name in seen else GROUPS[name](conditions) if name in GROUPS else conditions[name]
-            if name == "film_ratio_formula":  # no further effect of roughness in thicker films
-                value = np.minimum(value, np.exp(mean + scale * high))
-            with np.errstate(divide="ignore"):
-                logarithms.append(np.log(np.abs(value)))
+        logarithms = self.inputs(share, film, conditions)
         found = (evaluate or self.statistics)(logarithms)
         fading, shift, stretch, share_variance, covariance, film_variance = found
         moved = odds * np.exp(fading * shift)

@@ -17,9 +17,14 @@ from ehl.fluid.oil import Oil
 from ehl.state import ContactState
 from regression.data.dataset import Dataset, columns, load_dataset
 from regression.fitting.coefficients import fit_form
-from regression.fitting.cross_validation import fold_numbers, held_out_friction, nested_cross_validate
+from regression.fitting.cross_validation import (
+    fold_numbers,
+    held_out_friction,
+    nested_cross_validate,
+    networks_to_tune,
+)
 from regression.fitting.fit import fit_families, fit_formula
-from regression.fitting.rows import computed_friction, usable_rows
+from regression.fitting.rows import checkable_rows, computed_friction, usable_rows
 from regression.formula import Formula
 from regression.friction.conditions import conditions_of
 from regression.friction.data_cloud import CloudDistance
@@ -107,6 +112,40 @@ def test_networks_of_same_data_are_identical(dataset: Dataset, network: FittedFo
     assert again is not None
     assert network.network is not None
     assert again.members == network.network.members
+
+
+def test_networks_of_other_oils_are_tuned_to_few_contacts(monkeypatch: pytest.MonkeyPatch) -> None:
+    # the file of this oil does not name FVA3, so that its networks are tuned to contacts of FVA3
+    monkeypatch.setattr("regression.fitting.cross_validation.TUNED", "eaxle")
+    data = load_dataset("gear_fva3_mesh")
+    part = replace(data, frame=data.frame.iloc[:64].reset_index(drop=True))
+    tuned, rest = fit_formula(part, NETWORK), checkable_rows(data.frame.iloc[64:])
+    shipped = Formula.load("eaxle")
+    before, after = (np.abs(np.log(f.evaluate(columns(rest)).mu / computed_friction(rest))) for f in (shipped, tuned))
+    assert after.mean() < 0.7 * before.mean()
+    assert tuned.data.tuned == "eaxle"
+    assert tuned.coefficients == FittedFormula.load("eaxle").coefficients
+    # tuned networks describe what the others did, and their errors are those of held-out contacts
+    low, high = tuned.ranges["speed_entrainment"]
+    assert low <= FittedFormula.load("eaxle").ranges["speed_entrainment"][0]
+    assert high >= rest["speed_entrainment"].quantile(0.99)
+    assert 0.5 * after.mean() < tuned.validation.mape < 2.0 * after.mean()
+    inside = tuned.evaluate(columns(rest))
+    covered = (inside.lower <= computed_friction(rest)) & (computed_friction(rest) <= inside.upper)
+    assert covered.mean() > 0.8
+
+
+def test_networks_are_not_tuned_to_what_they_contain_or_cannot_describe(
+    dataset: Dataset, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    frame = usable_rows(load_dataset("gear_fva3_mesh"), corners=False)[0]
+    assert networks_to_tune(SHORT, frame) is None  # contacts of the shipped networks
+    monkeypatch.setattr("regression.fitting.cross_validation.TUNED", "eaxle")
+    assert networks_to_tune(SHORT, frame) is not None
+    assert networks_to_tune(SHORT, frame.assign(friction_coefficient=2.0 * frame["friction_coefficient"])) is None
+    assert networks_to_tune(SHORT, usable_rows(rubbing_more(dataset), corners=False)[0]) is None  # no parts of mu
+    monkeypatch.setattr("regression.fitting.cross_validation.OWN_NETWORKS", len(frame) - 1)
+    assert networks_to_tune(SHORT, frame) is None
 
 
 def test_networks_keep_limits_and_bounds(dataset: Dataset, network: FittedFormula) -> None:
