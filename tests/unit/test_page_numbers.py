@@ -83,6 +83,7 @@ def level() -> list[float]:
 
 
 TIME, NAME, OPTION, RULE = "run time", "name", "example of an option", "definition or rule of thumb"
+STUDY = "result of a script in validation/"
 Values = Callable[[], list[float]] | str
 # page -> phrase: values of its numbers, or why they are not compared
 EVERYWHERE: dict[str, Values] = {
@@ -131,7 +132,9 @@ PHRASES: dict[str, dict[str, Values]] = {
             float(sum(name.startswith("pressure_viscosity") for name in Oil.load("75w90").to_frame().columns))
         ],
         r"--vg 220": OPTION,
-        r"one or two seconds": TIME,
+        r"about one second": TIME,
+        r"(?s)networks of six oils": lambda: [float(len(regression.Formula.load("gear").oils))],
+        r"(?s)64 contacts give .*?about 4 %": STUDY,
         r"(?s)film ratio of 3 .*?below\s1 ": RULE,
     },
 }
