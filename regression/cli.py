@@ -233,14 +233,14 @@ def sweep_run(
     dask: DaskOption = None,
     shard: Annotated[str, advanced(help="i/n: only every n-th case, starting with the i-th.")] = "1/1",
     time_cap: Annotated[str, advanced(help="Time limit of a case.")] = "600 s",
-    retries: Annotated[int, advanced(help="Number of fallback settings for a case without a solution.")] = 1,
+    retries: Annotated[int, advanced(min=0, help="Number of fallback settings for a case without a solution.")] = 1,
     formula: Annotated[
         str | None, advanced("--with", help="Compute with a published formula, for a quick test of a plan.")
     ] = None,
     retry_failed: Annotated[bool, advanced("--retry-failed", help="Repeat the failed cases.")] = False,
     estimate: Annotated[bool, typer.Option("--estimate", help="Print the cost of the plan and stop.")] = False,
     slurm: Annotated[
-        int | None, typer.Option(metavar="N", help="Print the script of a Slurm job array of N tasks.")
+        int | None, typer.Option(metavar="N", min=1, help="Print the script of a Slurm job array of N tasks.")
     ] = None,
     sbatch: Annotated[
         list[str] | None,
@@ -259,13 +259,9 @@ def sweep_run(
 
     The exit code is 0 if every case has a result, 1 if a case has none, and 130 after an interruption.
     """
-    from regression.sweeping.run import check_options, checked_shard
-
     content = regression.Plan.from_file(plan, changes or ())
-    check_options(formula, time_cap, retries)
-    checked_shard(shard)
     if estimate:
-        print_text(content.estimate().to_text(jobs))
+        print_text(content.estimate(time_cap).to_text(jobs))
         return
     if run is None:
         raise InputError("output", None, "the folder of the results, -o RUN")

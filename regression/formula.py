@@ -18,6 +18,7 @@ from ehl.common.data import data_names, data_path
 from ehl.common.errors import InputError, same_name
 from ehl.common.pages import Reportable
 from ehl.common.progress import report_progress
+from ehl.common.runner import checked_jobs
 from ehl.common.sections import Medium, Section
 from ehl.common.table import Column, Table
 from ehl.common.threads import one_thread
@@ -310,7 +311,7 @@ def fit(
         "paths": None if paths is None else dataset_of(paths),
         "noise": None if noise is None else dataset_of(noise),
         "oil": oil,
-        "jobs": jobs,
+        "jobs": None if jobs is None else checked_jobs(jobs),
     }
     if family == "best":
         found = fit_families(dataset, corners=corners, nested=nested, **checks)

@@ -25,7 +25,6 @@ from ehl.common.console import (
 )
 from ehl.common.console import DaskOption as DaskOption
 from ehl.common.console import JobsOption as JobsOption
-from ehl.common.files import FIGURE
 
 operation: Any = functools.partial(typer.Option, rich_help_panel=OPERATION)
 output_option: Any = functools.partial(typer.Option, rich_help_panel=OUTPUT)
@@ -216,10 +215,7 @@ def write_map(found: Any, files: Sequence[Path] | None) -> None:
 
 def check_files(files: Mapping[str, Any]) -> None:
     """Raise an `InputError` for files and folders that cannot be written, or unknown units."""
-    suffixes = {"csv": (".csv",), "plot": FIGURE}
-    paths = {name: path for name, path in files.items() if isinstance(path, Path)}
-    folders = [name for name in suffixes if name in paths and paths[name].suffix.lower() not in suffixes[name]]
-    check_outputs(paths, folders, create=True)
+    check_outputs({n: path for n, path in files.items() if isinstance(path, Path)}, ("csv", "plot"), create=True)
     unit_system(files.get("units"))
 
 

@@ -218,6 +218,7 @@ def run(command: Callable[[], object]) -> None:
     """
     # with the usual 700 objects the imports start hundreds of collections, a tenth of the time of a point
     gc.set_threshold(_COLLECT)
+    os.environ["MPLBACKEND"] = "agg"  # figures are written only; an unknown name in the environment would be an error
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:  # closed by the shell: `>&-`
             setattr(sys, name, os.fdopen(os.open(os.devnull, os.O_RDWR), mode))
@@ -353,7 +354,7 @@ def pairs(field: str, texts: list[str] | None) -> dict[str, str]:
     return found
 
 
-_SUFFIXES = {"report": PAGE, "plot": FIGURE, "xlsx": (".xlsx",)}
+_SUFFIXES = {"report": PAGE, "plot": FIGURE, "xlsx": (".xlsx",), "csv": (".csv",)}
 
 
 def check_suffix(path: Path, field: str, suffix: str = "") -> None:
@@ -369,12 +370,13 @@ def check_outputs(
     """Raise an `InputError` for files that cannot be written; called before a computation.
 
     outputs: option to file; None if the option was not given.
-    folders: options of folders instead of files.
+    folders: options of folders; with the suffix of a table or figure they are files.
     create: whether missing folders are created when the file is written.
     **suffixes: suffix of an option; those of pages, figures and workbooks are known.
     Raises `InputError`: a file cannot be written, or two options have the same file.
     """
     files = given(outputs)
+    folders = [field for field in folders if field in files and files[field].suffix not in _SUFFIXES.get(field, ())]
     for field, path in files.items():
         if field not in folders and (field in suffixes or field in _SUFFIXES):
             check_suffix(path, field, suffixes.get(field, ""))

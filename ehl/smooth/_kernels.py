@@ -139,7 +139,7 @@ def graded_points(terms, x_in, x_exit, x):
         for _ in range(50):
             miss = _place(terms, here) - first - i * step
             here = min(max(here - miss / _density(terms, here), x[i - 1]), x_exit)
-            if abs(miss) < 1e-4:  # quadratic convergence
+            if abs(miss) < 1e-5:  # quadratic convergence
                 break
         x[i] = here
 

@@ -17,6 +17,7 @@ from ehl.common.arrays import FloatArray
 from ehl.common.errors import check_count
 from ehl.common.progress import duration
 from ehl.common.runner import MAX_JOBS, granted_workers
+from ehl.common.units import ValueRange
 from ehl.inputs import ModelInput
 from ehl.rough.accuracy import BOUND, WORK
 from ehl.rough.mixed import roughness_matters
@@ -33,6 +34,14 @@ LEVEL: dict[str, tuple[float, float]] = {"fast": (-1.57, 1.1), "standard": (-0.0
 # limit of the work of a run (`ehl.rough.accuracy.WORK`): time of a node-iteration [s], and runs of a
 # contact whose roughness is finer than its mesh
 NODE_ITERATION, RUNS = 1.5e-7, 4
+
+
+_SECONDS = ValueRange("s", gt=0.0, le=1e8)
+
+
+def checked_time_cap(value: float | str) -> float:
+    """Seconds; a text must have a unit."""
+    return _SECONDS.check(value, "time_cap", bare=not isinstance(value, str))
 
 
 @dataclass(frozen=True)

@@ -39,7 +39,7 @@ from ehl.sequence import MOTION
 from ehl.surface.finish import default_correlation_length
 from regression.friction.conditions import LUBRICANT_UNITS, derive, lubricant_columns
 from regression.plan.axes import EXCLUSIVE, REQUIRED, VARIABLES, PlanAxis, Variables, evenly_spaced
-from regression.plan.cost import CostEstimate, contact_seconds
+from regression.plan.cost import CostEstimate, checked_time_cap, contact_seconds
 from regression.plan.sampling import (
     Accept,
     BoxSampler,
@@ -505,8 +505,13 @@ class Plan(InputModel, Reportable):
         """Estimated seconds of every case, and which of them are transient rough contacts."""
         return contact_seconds(self.model, self.conditions(self.points.columns, self.points.oils))
 
-    def estimate(self) -> CostEstimate:
+    def estimate(self, time_cap: float | str | None = None) -> CostEstimate:
         """Estimated computation time of the plan.
+
+        Parameters
+        ----------
+        time_cap : float or str, optional
+            Time after which a case is stopped [s]; None for no limit.
 
         Examples
         --------
@@ -518,6 +523,7 @@ class Plan(InputModel, Reportable):
         True
         """
         seconds, rough = self._cost()
+        seconds = np.minimum(seconds, np.inf if time_cap is None else checked_time_cap(time_cap))
         return CostEstimate(
             self.name,
             self.model.accuracy,

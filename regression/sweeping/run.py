@@ -18,13 +18,13 @@ from ehl.common.progress import ProgressCallback
 from ehl.common.runner import checked_jobs, cluster
 from ehl.common.sections import Medium, Section
 from ehl.common.threads import one_thread
-from ehl.common.units import ValueRange
 from ehl.contact import Contact
 from ehl.warmup import prepare_workers
 from regression.data.dataset import Dataset, RunStatus, load_dataset, results_path, run_status
 from regression.data.result_files import merge, read_meta
 from regression.friction.conditions import STATE_UNITS
 from regression.friction.published_registry import PUBLISHED
+from regression.plan.cost import checked_time_cap
 from regression.plan.plan import Plan
 from regression.sweeping.evaluators import Evaluator, fallback_settings, input_row, published_outputs, solve_outputs
 from regression.sweeping.sweep import SweepReport, sweep_shard
@@ -103,7 +103,6 @@ def row_of(dataset: Dataset, case: Contact) -> dict[Hashable, Any]:
     return frame[here].iloc[0].to_dict()
 
 
-_SECONDS = ValueRange("s", gt=0.0)
 MAX_RETRIES = 100  # far more than there are fallback settings
 
 
@@ -308,7 +307,7 @@ def sweep(
     """
     content = plan if isinstance(plan, Plan) else Plan.from_file(plan)
     check_options(formula, time_cap, retries)
-    part = checked_shard(shard)
+    part = _shard(shard)
     with cluster(dask) as executor:
         options: dict[str, Any] = {
             "evaluate": partial(published_outputs, name=formula) if formula else solve_outputs,
@@ -335,14 +334,9 @@ def check_options(formula: str | None, time_cap: float | str | None, retries: in
         checked_time_cap(time_cap)
 
 
-def checked_shard(value: tuple[int, int] | str) -> tuple[int, int]:
+def _shard(value: tuple[int, int] | str) -> tuple[int, int]:
     """Number of a shard and of all shards."""
     number, _, shards = value.partition("/") if isinstance(value, str) else (str(value[0]), "/", str(value[1]))
     if not (number.isdecimal() and shards.isdecimal() and 1 <= int(number) <= int(shards)):
         raise InputError("shard", value, "i/n with 1 <= i <= n", "An example is 2/8.")
     return int(number), int(shards)
-
-
-def checked_time_cap(value: float | str) -> float:
-    """Seconds; a text must have a unit."""
-    return _SECONDS.check(value, "time_cap", bare=not isinstance(value, str))

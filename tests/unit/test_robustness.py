@@ -428,6 +428,11 @@ def test_files_are_written_whatever_becomes_of_standard_output(closed: tuple[int
     assert page.read_text(encoding="utf-8").rstrip().endswith("</html>")
 
 
+@pytest.mark.parametrize("option", ["--time-cap=-5 s", "--time-cap=5 m", "--retries=-1", "--slurm=0", "--jobs=-3"])
+def test_options_are_checked_for_an_estimate_as_well(option: str, mixed_ehl: Cli) -> None:
+    refused(mixed_ehl("sweep", "demo", "--estimate", option))
+
+
 DESIGN = "fm_spiral_bevel_14x39"
 
 

@@ -112,6 +112,7 @@ def test_shards_and_failed_cases(tmp_path: Path) -> None:
         ({"shard": (0, 2)}, "shard"),
         ({"shard": "²/8"}, "shard"),
         ({"time_cap": "5 m"}, "time_cap"),
+        ({"time_cap": "1e300 s"}, "time_cap"),
         ({"retries": -1}, "retries"),
         ({"jobs": 0}, "jobs"),
         ({"dask": "local:x"}, "dask"),
