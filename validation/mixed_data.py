@@ -2,7 +2,7 @@
 
     python -m validation mixed_data
 
-`*_noise` holds every point with two roughness profiles, so that stated errors can be compared with differences.
+`*_noise` holds every point with eight roughness profiles, so that stated errors can be compared with differences.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ def outcomes(name: str, frame: pd.DataFrame) -> dict[str, object]:
 
 
 def pairs(frame: pd.DataFrame) -> pd.DataFrame:
-    """Difference of ln(mu) of both profiles of a point, both stated errors together, and the film ratio."""
+    """Difference of ln(mu) of two profiles of a point, both stated errors together, and the film ratio."""
     found = frame.dropna(subset=["friction_coefficient"]).groupby(POINT)
-    two = [rows for _, rows in found if len(rows) == 2]
+    two = [rows.iloc[i : i + 2] for _, rows in found for i in range(0, len(rows) - 1, 2)]
     return pd.DataFrame(
         {
             "difference": [abs(np.log(rows["friction_coefficient"]).diff().iloc[1]) for rows in two],

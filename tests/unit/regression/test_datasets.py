@@ -40,7 +40,7 @@ def shelf(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     plan = Plan.from_file(root / FOLDER / "small.toml")
     sweep_shard(plan, tmp_path / "run", evaluate=ARANA, version="arana_2019", jobs=1)
     merge(tmp_path / "run", root / FOLDER / "small.h5", compress=True)
-    monkeypatch.setattr(ehl.common.data, "_CHECKOUT", root)
+    monkeypatch.setattr(ehl.common.data, "_ROOT", root)
     monkeypatch.setattr(ehl.common.data, "_PACKAGED", tmp_path / "nowhere")
     return root
 
