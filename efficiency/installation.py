@@ -79,7 +79,7 @@ def _data() -> Check:
 
 
 def _cache() -> Check:
-    from ehl.compile.compiler import kernel_folder
+    from ehl.compile.sources import kernel_folder
 
     try:
         return Check("compile cache", True, f"{kernel_folder()} belongs to this user alone")

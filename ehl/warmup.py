@@ -6,13 +6,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numba
 import numpy as np
 
 from ehl.common.errors import InputError
 from ehl.common.pages import TableResult
 from ehl.common.table import Column, Table
 from ehl.compile.carried import write_carried
-from ehl.compile.compiler import ROUGH, SMOOTH, Kernel, compiled, missing_on_disk, stamped
+from ehl.compile.compiler import compiled_kernels, internals, missing_on_disk
+from ehl.compile.sources import ROUGH, SMOOTH, stamped
 from ehl.contact import Contact
 
 # a thermal contact whose solution uses the kernels of its kind
@@ -37,7 +39,7 @@ class Warmup(TableResult):
 
     kinds: tuple[str, ...]  # kinds of contacts whose kernels are ready: smooth, rough
     compiled: dict[str, int]  # kernels compiled by this call, by kind; the others were on disk
-    seconds_cpu: dict[str, float]  # processor time of compiling, by kind [s]
+    seconds_cpu: dict[str, float]  # processor time of compiling and one solution, by kind [s]
     seconds: float  # wall time of the call, its solutions included [s]
 
     def table(self) -> Table:
@@ -57,18 +59,19 @@ def warm_up(kind: str = "gear") -> Warmup:
     """Compile the kernels of a kind of contact; see `efficiency.warmup`."""
     if kind not in KINDS:
         raise InputError("kind", kind, " or ".join(KINDS))
-    clock, before = time.perf_counter(), len(compiled)
-    for part in KINDS[kind]:
+    clock, kinds, found, spent = time.perf_counter(), KINDS[kind], len(compiled_kernels()), dict[str, float]()
+    for part in kinds:
+        processor = time.thread_time()
         result = Contact(**_CONTACT, **(_ROUGH if part == ROUGH else {})).solve()
         if result.transient is not None:  # the kernel of preheating is used for fine roughness only
             run = result.transient.run
             run.preheat(0.0, np.zeros((2, run.problem.x.size)))
-    kinds = KINDS[kind]
-    new = compiled[before:]
+        spent[part] = time.thread_time() - processor
+    new = [kind for kind, _ in compiled_kernels()[found:]]
     return Warmup(
         kinds,
-        {part: sum(name == part for name, _, _ in new) for part in kinds},
-        {part: sum(seconds for name, _, seconds in new if name == part) for part in kinds},
+        {part: new.count(part) for part in kinds},
+        {part: spent[part] if part in new else 0.0 for part in kinds},
         time.perf_counter() - clock,
     )
 
@@ -84,8 +87,12 @@ def prepare_workers(*, rough: bool) -> None:
 
 def write_kernels(folder: str | Path) -> int:
     """Compile all kernels and write them to a new folder for a wheel; returns their number."""
+    if internals is None:
+        raise RuntimeError(f"numba {numba.__version__} was not tested: its kernels cannot be carried")
     warm_up("gear")
     modules = [module for name, module in sys.modules.items() if name.startswith("ehl.")]
-    found = {id(value): value for module in modules for value in vars(module).values() if isinstance(value, Kernel)}
+    found = {
+        id(value): value for module in modules for value in vars(module).values() if isinstance(value, internals.Kernel)
+    }
     used = [kernel for kernel in found.values() if kernel.overloads]
     return write_carried([(*stamped(kernel.py_func), kernel) for kernel in used], Path(folder))

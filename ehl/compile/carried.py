@@ -18,8 +18,7 @@ from typing import Any
 import llvmlite
 import llvmlite.binding as llvm
 import numba
-from numba.core import config
-from numba.core.serialize import dumps
+from numba import config
 
 from ehl.common.files import write_file
 
@@ -34,6 +33,16 @@ FEATURES = (
     *("avx", "avx2", "bmi", "bmi2", "cx16", "f16c", "fma", "fxsr", "lzcnt", "mmx", "movbe", "popcnt", "sahf"),
     *("sse", "sse2", "sse3", "sse4.1", "sse4.2", "ssse3", "xsave"),
 )
+
+
+# versions of numba whose private interfaces `ehl.compile.internals` was tested with
+TESTED = ((0, 61), (0, 69))
+
+
+def tested_version() -> bool:
+    """Whether the version of numba is one of `TESTED`."""
+    found = tuple(int(part) if part.isdigit() else 0 for part in numba.__version__.split(".")[:2])
+    return TESTED[0] <= found < TESTED[1]
 
 
 def surrounding() -> dict[str, str]:
@@ -52,6 +61,8 @@ def why_not() -> str | None:
         return f"{SWITCH}=native selects compilation for the local processor"
     if config.CPU_NAME is not None or config.CPU_FEATURES is not None:
         return "NUMBA_CPU_NAME or NUMBA_CPU_FEATURES selects the target processor"
+    if not tested_version():
+        return f"numba {numba.__version__} is compiled by its public interfaces, as it was not tested"
     if not FOLDER.is_dir():
         return "this installation has no precompiled kernels"
     made_for, here = _index().get("surrounding"), surrounding()
@@ -117,6 +128,8 @@ def write_carried(kernels: Iterable[tuple[str, str, Any]], folder: Path) -> int:
     folder: is created; must not exist.
     Returns: number of kernels written.
     """
+    from numba.core.serialize import dumps
+
     chosen = config.CPU_NAME, config.CPU_FEATURES
     if chosen not in (TARGET, (None, None)):
         raise RuntimeError(f"NUMBA_CPU_NAME, NUMBA_CPU_FEATURES have to be unset or {TARGET}")

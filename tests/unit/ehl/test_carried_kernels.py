@@ -15,7 +15,8 @@ from numba import float64, types
 
 from ehl.compile import carried as carried_kernels
 from ehl.compile.carried import FEATURES, INDEX, TARGET, carried_kernel, carries, surrounding, why_not, write_carried
-from ehl.compile.compiler import missing_on_disk, stamped
+from ehl.compile.compiler import missing_on_disk
+from ehl.compile.sources import stamped
 from ehl.rough._kernels.quasi_separable import exponential_product
 
 pytestmark = pytest.mark.skipif(
@@ -28,15 +29,15 @@ import sys
 from pathlib import Path
 import numpy as np
 from ehl.compile import carried as carried_kernels
-from ehl.compile import compiler as kernel_cache
+from ehl.compile import sources as kernel_sources
 from ehl.rough._kernels.quasi_separable import exponential_product as kernel
 if sys.argv[1] == "use":
     carried_kernels.FOLDER = Path(sys.argv[2])
 x, out = np.linspace(-2.0, 1.0, 41), np.zeros(41)
 kernel(np.cos(x), np.linspace(0.1, 1.0, 24), np.linspace(0.3, 0.99, 24), out)
 if sys.argv[1] == "write":
-    carried_kernels.write_carried([(*kernel_cache.stamped(kernel.py_func), kernel)], Path(sys.argv[2]))
-print(out.tobytes().hex(), len(kernel_cache.compiled))
+    carried_kernels.write_carried([(*kernel_sources.stamped(kernel.py_func), kernel)], Path(sys.argv[2]))
+print(out.tobytes().hex(), len(kernel_sources.compiled))
 """
 ROW = types.Array(float64, 1, "C")
 NAME, SOURCES = stamped(exponential_product.py_func)

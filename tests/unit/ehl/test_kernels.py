@@ -14,25 +14,16 @@ from typing import Any
 import numba
 import numpy as np
 import pytest
-from numba import njit
-from numba.core import config
+from numba import config, njit
 from numba.core.caching import UserProvidedCacheLocator
 from numba.core.compiler import Flags
 from refusals import refuses
 
 from ehl.common.private_files import private_folder
-from ehl.compile import compiler as kernel_cache
-from ehl.compile.compiler import (
-    INTERNAL_KERNEL,
-    KERNEL,
-    KernelCache,
-    Options,
-    announced,
-    kernel,
-    kernel_folder,
-    missing_on_disk,
-    source_hash,
-)
+from ehl.compile import sources as kernel_sources
+from ehl.compile.compiler import INTERNAL_KERNEL, KERNEL, kernel, missing_on_disk
+from ehl.compile.internals import KernelCache, Options
+from ehl.compile.sources import announced, kernel_folder, source_hash
 from ehl.rough._kernels import quasi_separable
 from ehl.rough._kernels.march import march
 from ehl.smooth import _kernels as smooth_kernels
@@ -169,7 +160,7 @@ def _file(folder: Path) -> None:
 def test_kernels_are_in_the_first_folder_that_belongs_to_the_user_alone(
     places: dict[str, Path], capfd: pytest.CaptureFixture[str], plant: Callable[[Path], None]
 ) -> None:
-    kernel_cache._report_refused.cache_clear()
+    kernel_sources._report_refused.cache_clear()
     for folder in places.values():
         assert kernel_folder() == folder
         assert folder.stat().st_mode & 0o777 == 0o700
@@ -221,7 +212,7 @@ def test_nothing_is_loaded_from_a_folder_of_others(tmp_path: Path, plant: Callab
 def test_compiling_is_announced_once_for_each_kind(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(kernel_cache, "compiled", [])
+    monkeypatch.setattr(kernel_sources, "compiled", [])
     for function in (newton.py_func, march.py_func, newton.py_func):
         with announced(function), announced(march.py_func):  # what it calls is part of it
             pass
@@ -230,7 +221,7 @@ def test_compiling_is_announced_once_for_each_kind(
         "mixed-ehl: compiling for smooth contacts",
         "mixed-ehl: compiling for rough contacts",
     ]
-    assert [kind for kind, _, _ in kernel_cache.compiled] == ["smooth", "rough", "smooth"]
+    assert [kind for kind, _ in kernel_sources.compiled] == ["smooth", "rough", "smooth"]
 
 
 def test_warmup(mixed_ehl: Callable[..., Any]) -> None:
@@ -245,3 +236,22 @@ def test_warmup(mixed_ehl: Callable[..., Any]) -> None:
     assert "smooth or rough or gear" in refused.err
     with refuses("kind"):
         warm_up("all")
+
+
+def test_an_untested_version_of_numba_compiles_by_its_public_interface(tmp_path: Path) -> None:
+    before = "import sys, numba\nnumba.__version__ = sys.argv[1]\n"
+    after = "from ehl.compile import carried, compiler\nprint(carried.why_not(), len(compiler.compiled_kernels()))"
+    runs = [
+        subprocess.run(
+            [sys.executable, "-c", before + ANSWER.replace("print(", "print(*out) #") + after, version],
+            env=os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}, capture_output=True, text=True, check=True,
+        )
+        for version in (numba.__version__, "99.0", "99.0")
+    ]  # fmt: skip
+    answers, ways = zip(*(run.stdout.splitlines() for run in runs), strict=True)
+    assert "99.0" not in ways[0]
+    assert [way.split()[1] for way in ways[1:]] == ["99.0", "99.0"]
+    assert [way.split()[-1] for way in ways[1:]] == ["1", "0"]  # then it is on disk
+    assert [run.stderr.count("numba 99.0") for run in runs] == [0, 1, 0]
+    tested, first, again = (np.array(answer.split(), float) for answer in answers)
+    np.testing.assert_allclose([first, again], [tested, tested], rtol=1e-12, atol=1e-14)
