@@ -1,7 +1,7 @@
 """Datasets by name and computed again: the mechanism on a small real sweep, and every dataset that is shipped."""
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -14,7 +14,7 @@ from small_plans import GEAR_VARIABLES
 
 import ehl.common.data
 from ehl import SOLVER
-from ehl.common.data import data_path
+from ehl.common.data import data_names, data_path
 from ehl.common.errors import InputError
 from regression.data.dataset import FOLDER, dataset_names, load_dataset
 from regression.data.result_files import merge
@@ -29,7 +29,7 @@ ARANA = partial(published_outputs, name="arana_2019")
 
 
 @pytest.fixture
-def shelf(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def shelf(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """A data folder with one dataset and its plan; oils and materials are the program's own."""
     root = tmp_path / "data"
     (root / FOLDER).mkdir(parents=True)
@@ -40,9 +40,10 @@ def shelf(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     plan = Plan.from_file(root / FOLDER / "small.toml")
     sweep_shard(plan, tmp_path / "run", evaluate=ARANA, version="arana_2019", jobs=1)
     merge(tmp_path / "run", root / FOLDER / "small.h5", compress=True)
+    data_names.cache_clear()
     monkeypatch.setattr(ehl.common.data, "_ROOT", root)
-    monkeypatch.setattr(ehl.common.data, "_PACKAGED", tmp_path / "nowhere")
-    return root
+    yield root
+    data_names.cache_clear()
 
 
 def test_compressed_file_holds_the_same(shelf: Path, tmp_path: Path) -> None:
