@@ -66,7 +66,7 @@ class ContactResult(Reportable):
           subgrid film
         - "too_hot" (unsettled): film above 1000 K, where no law of the oil is valid, contributes more than half the
           tolerance to mu
-        - "thermal_rounds" (unsettled): film and heat changed by more than the tolerance in the last round
+        - "thermal_rounds" (unsettled): film and heat would change by more than the tolerance in further rounds
         - "mesh_error" (unsettled): the mesh error of mu is four times the tolerance or more
         - "beyond_laws" (unsettled): the error by limits of the model (notes) is four times the tolerance or more
         - "film_above_radius": a film above a tenth of the radius, beyond the validity of the Reynolds equation

@@ -60,7 +60,7 @@ def checked(result: ContactResult, problem: ContactProblem, *, rounds_left: bool
 
     result: with the errors of the solution.
     problem: its inputs.
-    rounds_left: whether film and heat changed by more than their tolerance in the last round.
+    rounds_left: whether film and heat would change by more than their tolerance in further rounds.
     Returns: the result; failed with one of `REASONS` if it is rejected.
     """
     reason = rejection_reason(result, problem)

@@ -101,6 +101,9 @@ LONGER, LONGEST = 8.0, 4e8
 SMALL_PART = 0.05  # share of the squared error below which a level is not extended
 # difference of mu on two meshes above which a finer mesh than the budget permits is added, and the budgets for it
 DIFFERENCE_ALLOWED, BUDGETS = 0.1, 2.0
+# tuned: interval over the tolerance for which these budgets are used as well if they are expected to reach it. 63
+# contacts of the plan `gear`, "fast": 90 % quantile of the error of mu 6.7 -> 5.7 %, processor time + 2 %
+WIDE = 1.6
 EXTRAPOLATED = 4.0 / 3.0  # weight of the finest difference in the extrapolated mean
 # tuned with validation/work_precision.py: iterations of a step over those on twice the spacing
 FINER_STEP = 0.85
@@ -287,6 +290,9 @@ class MeshLevels:
         if not self._can_settle(budget, UNLIKELY, plan.window_max):
             budget = max(SHARE_WITHOUT_HOPE * plan.budget - self.reserved, 0.0)
         self._extend(budget, 1.0, plan.window_max)
+        twice = BUDGETS * plan.budget - self.reserved
+        if self._can_settle(twice, WIDE, plan.window_max):
+            self._extend(twice, WIDE, plan.window_max)
         longest, longer = LONGER * plan.window_max, min(LONGER * plan.budget, LONGEST) - self.reserved
         if self._settled(ERROR_ALLOWED) or self.drift() > ERROR_ALLOWED * plan.tolerance * abs(self.friction()):
             return

@@ -97,6 +97,7 @@ def counted(plan: RunPlan, spreads: tuple[float, ...], rolled: tuple[float, ...]
         ((2e-4, 0.0), {"budget": 600.0}, (28.0, 8.0)),  # the budget ends it
         ((2e-4, 0.0), {"budget": 640.0}, (32.0, 8.0)),
         ((2e-4, 0.0), {"budget": 640.0, "reserved": 41.0}, (24.0, 8.0)),
+        ((8e-4, 0.0), {"budget": 600.0}, (52.0, 8.0)),  # within two budgets the interval is 8 %
         ((2e-1, 0.0), {"budget": 1000.0}, (40.0, 8.0)),  # unlikely to settle: three quarters of it
         ((2e-1, 0.0), {"budget": 270.0}, (12.0, 4.0)),  # the shortest window of a finer mesh is one block
         ((2e-2, 0.0), {"budget": 1000.0}, (200.0, 8.0)),  # within eight budgets the interval is 20 %
