@@ -25,6 +25,7 @@ MAX_BYTES = 100_000_000  # largest size of a text file, about 10^6 rows of a tab
 _CONTROL = re.compile(r"[\x00-\x08\x0e-\x19\x1b-\x1f]")  # \x1a is the end mark of old programs
 _DRAFT, _DRAFT_AGE = ".mixed-ehl-", 3600.0  # name of a temporary file; time [s] after which it is abandoned
 _cleaned: set[Path] = set()  # folders that this process has cleaned of abandoned ones
+MAX_KEYS = 10_000  # in all tables of a file; input files have a few hundred
 MAX_DEPTH = 50  # nesting of tables and lists; input files have at most 7 levels
 
 
@@ -111,9 +112,12 @@ def _reason(error: Exception) -> str:
 
 
 def _check_depth(content: Any, field: str, name: str, allowed: str) -> None:
-    """Raise an `InputError` for data nested too deep for recursive functions."""
-    level = [content] if isinstance(content, (dict, list)) else []
+    """Raise an `InputError` for data nested too deep for recursive functions, or with too many keys."""
+    level, keys = [content] if isinstance(content, (dict, list)) else [], 0
     for _ in range(MAX_DEPTH):
+        keys += sum(len(part) for part in level if isinstance(part, dict))
+        if keys > MAX_KEYS:
+            raise InputError(field, name, allowed, f"It has more than {MAX_KEYS} entries.")
         level = [
             item
             for part in level

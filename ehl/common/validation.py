@@ -8,6 +8,7 @@ import types
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
+from itertools import accumulate
 from pathlib import Path
 from typing import Annotated, Any, Literal, NoReturn, TypeVar, Union, get_args, get_origin
 
@@ -220,20 +221,25 @@ def validate(model: type[Model], content: dict[str, Any], where: str = "") -> Mo
 
 def input_error(error: ValidationError, model: type[BaseModel], where: str = "") -> InputError:
     """The `InputError` for the errors of pydantic, one per place."""
-    found: list[tuple[str, InputError]] = []
+    found: list[InputError] = []
+    stated, above = set[str](), set[str]()  # places of the problems, and these with all tables around them
     for complaint in error.errors(include_url=False):
         problem = _problem(complaint, model, where)
         # every member of a union reports errors, for the place itself and for its content
         places = (".".join(filter(None, (where, *locate_field(model, complaint["loc"]).path))), problem.field)
-        if not any(_nested(place, stated) for place in places for stated, _ in found):
-            found.append((places[0], problem))
-    meant = {problem.field: _meant(problem) for _, problem in found}
-    kept = [problem for _, problem in found if problem.value is not None or problem.field not in meant.values()]
-    return InputError.of(kept or [problem for _, problem in found])
+        if not any(place in above or not stated.isdisjoint(_around(place)) for place in places):
+            found.append(problem)
+            stated.add(places[0])
+            above.update(_around(places[0]))
+    meant = {_meant(problem) for problem in found}
+    return InputError.of(
+        [problem for problem in found if problem.value is not None or problem.field not in meant] or found
+    )
 
 
-def _nested(one: str, other: str) -> bool:
-    return one == other or one.startswith(f"{other}.") or other.startswith(f"{one}.")
+def _around(place: str) -> Iterator[str]:
+    """A place and all tables around it."""
+    return accumulate(place.split("."), "{}.{}".format)
 
 
 def _meant(problem: InputError) -> str:

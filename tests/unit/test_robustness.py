@@ -25,7 +25,7 @@ import ehl
 import regression
 from ehl.common.errors import InputError
 from ehl.common.figures import save_figure
-from ehl.common.files import MAX_BYTES, MAX_DEPTH, parse_json, parse_toml, read_text
+from ehl.common.files import MAX_BYTES, MAX_DEPTH, MAX_KEYS, parse_json, parse_toml, read_text
 from ehl.common.pages import figure_svg, write_csv
 from ehl.common.runner import checked_jobs
 from ehl.common.table import Table
@@ -119,6 +119,12 @@ def test_many_problems_at_once_are_a_readable_message() -> None:
     many = [InputError(f"key_{k}", "x" * 500, "y" * 900, "z" * 900) for k in range(60)]
     assert len(InputError.of(many).problems) == 60
     assert len(str(InputError.of(many))) < 8000
+
+
+def test_a_file_with_thousands_of_keys_is_a_readable_message(mixed_ehl: Cli, tmp_path: Path) -> None:
+    for count in (MAX_KEYS // 4, MAX_KEYS + 1):
+        keys = "\n".join(f"k{k} = 1" for k in range(count))
+        refused(mixed_ehl("solve", case(tmp_path, f"[contact]\n{keys}\n")))
 
 
 def test_what_is_nested_less_is_read() -> None:
