@@ -122,12 +122,12 @@ def _friction_with_networks(task: HeldTask) -> tuple[Array, Array | None]:
 
 
 def fitted_and_held_out(
-    family: Family, frame: pd.DataFrame, *, network: bool = False, by_oil: bool = False, jobs: int | None = 1
+    family: Family, frame: pd.DataFrame, plan: str, *, network: bool = False, by_oil: bool = False, jobs: int | None = 1
 ) -> tuple[FittedForm, HeldOut]:
-    """The fit to all rows and the result of `cross_validate`, cached in the process."""
+    """The fit to all rows of a plan and the result of `cross_validate`, cached in the process."""
     identity = (family.name, network, by_oil, _digest(frame))
     if identity not in _KEPT:
-        near = networks_to_tune(family, frame) if network else None
+        near = networks_to_tune(family, frame, plan) if network else None
         found = (
             fit_form(family, frame, network=network, by_oil=by_oil, near=near),
             cross_validate(family, frame, network=network, by_oil=by_oil, near=near, jobs=jobs),
@@ -138,19 +138,21 @@ def fitted_and_held_out(
     return _KEPT[identity]
 
 
-def networks_to_tune(family: Family, frame: pd.DataFrame) -> FittedForm | None:
-    """The shipped networks of several oils, for contacts of other oils; None if they do not describe these.
+def networks_to_tune(family: Family, frame: pd.DataFrame, plan: str) -> FittedForm | None:
+    """The shipped networks of several oils, for other contacts; None if they do not describe these or contain them.
 
     None also for as many contacts as make networks of their own, and for contacts without both parts of mu.
+
+    plan: name of the plan, or several joined by " + ".
     """
-    parts = parts_of(family, frame)
-    if parts is None or len(frame) > OWN_NETWORKS or "oil" not in frame:
+    if parts_of(family, frame) is None or len(frame) > OWN_NETWORKS:
         return None
     shipped = FittedFormula.load(TUNED)
     if shipped.network is None or shipped.family != family.name:
         return None
-    if set(frame["oil"].unique()) & {identity.name for identity in shipped.oils}:
-        return None  # the networks contain these contacts or similar ones
+    same_oil = set(frame["oil"].unique()) & {identity.name for identity in shipped.oils}
+    if same_oil and set(plan.split(" + ")) & set(shipped.data.plan.split(" + ")):
+        return None
     known = shipped.coefficients, shipped.standard_errors, shipped.dropped, shipped.variance_inflation
     form = FittedForm(family, Coefficients(*known, shipped.condition_number), shipped.network, source=shipped)
     error = np.abs(np.log(form.friction(frame)[0] / computed_friction(frame)))
@@ -196,7 +198,7 @@ def held_out_friction(dataset: Dataset, formula: FittedFormula) -> HeldOut:
     """Friction of the rows of `fitted_rows` by the same form fitted without their fold, cached in the process."""
     rows, by_oil = fitted_rows(dataset, formula), len(formula.oils) == 1 < len(dataset.oils)
     family, network = FAMILIES[formula.family], formula.network is not None
-    return fitted_and_held_out(family, rows, network=network, by_oil=by_oil)[1]
+    return fitted_and_held_out(family, rows, dataset.plan_name, network=network, by_oil=by_oil)[1]
 
 
 def interval_factors(dataset: Dataset, formula: FittedFormula) -> list[tuple[float, float, float]]:

@@ -215,8 +215,14 @@ def fit_formula(
     with single_thread():
         by_oil = oil is not None and len(dataset.oils) > 1
         workers = jobs if network and expected_seconds([NETWORK], len(frame)) > _WORTH_WORKERS else 1
-        form, held_out = fitted_and_held_out(family, frame, network=network, by_oil=by_oil, jobs=workers)
-        other_oil = None if oil is not None else _width_of_oils_left_out(family, frame, network=network, jobs=workers)
+        form, held_out = fitted_and_held_out(
+            family, frame, dataset.plan_name, network=network, by_oil=by_oil, jobs=workers
+        )
+        other_oil = (
+            None
+            if oil is not None
+            else _width_of_oils_left_out(family, frame, dataset.plan_name, network=network, jobs=workers)
+        )
     # networks are trained on all rows; the following results are for the selected oil
     own = own_rows(frame, oil)
     frame, held_out = frame[own].reset_index(drop=True), held_out.of(own)
@@ -342,12 +348,14 @@ def fit_families(
     return tuple(ordered)
 
 
-def _width_of_oils_left_out(family: Family, frame: pd.DataFrame, *, network: bool, jobs: int | None) -> float | None:
+def _width_of_oils_left_out(
+    family: Family, frame: pd.DataFrame, plan: str, *, network: bool, jobs: int | None
+) -> float | None:
     """Half width of ln mu that covers the cases of each oil with a fit without it; None for fewer than three oils."""
     oils = frame["oil"].unique() if "oil" in frame else ()
     if len(oils) < 3:
         return None
-    tasks, near = [], networks_to_tune(family, frame) if network else None
+    tasks, near = [], networks_to_tune(family, frame, plan) if network else None
     for oil in oils:
         held = own_rows(frame, oil)
         rest = frame[~held].reset_index(drop=True)

@@ -119,6 +119,7 @@ def test_networks_of_other_oils_are_tuned_to_few_contacts(monkeypatch: pytest.Mo
     monkeypatch.setattr("regression.fitting.cross_validation.TUNED", "eaxle")
     data = load_dataset("gear_fva3_mesh")
     part = replace(data, frame=data.frame.iloc[:64].reset_index(drop=True))
+    monkeypatch.setattr("regression.fitting.cross_validation._KEPT", {})
     tuned, rest = fit_formula(part, NETWORK), checkable_rows(data.frame.iloc[64:])
     shipped = Formula.load("eaxle")
     before, after = (np.abs(np.log(f.evaluate(columns(rest)).mu / computed_friction(rest))) for f in (shipped, tuned))
@@ -139,13 +140,15 @@ def test_networks_are_not_tuned_to_what_they_contain_or_cannot_describe(
     dataset: Dataset, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     frame = usable_rows(load_dataset("gear_fva3_mesh"), corners=False)[0]
-    assert networks_to_tune(SHORT, frame) is None  # contacts of the shipped networks
-    monkeypatch.setattr("regression.fitting.cross_validation.TUNED", "eaxle")
-    assert networks_to_tune(SHORT, frame) is not None
-    assert networks_to_tune(SHORT, frame.assign(friction_coefficient=2.0 * frame["friction_coefficient"])) is None
-    assert networks_to_tune(SHORT, usable_rows(rubbing_more(dataset), corners=False)[0]) is None  # no parts of mu
+    assert networks_to_tune(SHORT, frame, "mine + gear_mesh") is None  # contacts of the shipped networks
+    assert networks_to_tune(SHORT, frame, "mine") is not None
+    doubled = frame.assign(friction_coefficient=2.0 * frame["friction_coefficient"])
+    assert networks_to_tune(SHORT, doubled, "mine") is None
+    assert (
+        networks_to_tune(SHORT, usable_rows(rubbing_more(dataset), corners=False)[0], "mine") is None
+    )  # no parts of mu
     monkeypatch.setattr("regression.fitting.cross_validation.OWN_NETWORKS", len(frame) - 1)
-    assert networks_to_tune(SHORT, frame) is None
+    assert networks_to_tune(SHORT, frame, "mine") is None
 
 
 def test_networks_keep_limits_and_bounds(dataset: Dataset, network: FittedFormula) -> None:
