@@ -460,7 +460,7 @@ def _number(cell: Cell, unit: str | None, quantity: ValueRange, where: str, bare
         raise InputError(where, cell, "a number other than -999 or -9999", hint)
     if unit and unit != "1" and unit != "-":
         try:
-            number = float(value)
+            number = math.nan if "_" in str(value) else float(value)
         except (ValueError, OverflowError):
             # a cell may carry a unit of its own
             number = math.nan

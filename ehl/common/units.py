@@ -38,8 +38,8 @@ _LONGEST = 200
 _RANGE = re.compile(r"\s*([^:]{1,40}):([^:]{1,40}):\s*(\d{1,9})\s*([^\d.:][^:]{0,40}|)")
 _MAX_VALUES = 10_000  # of a range
 _POWERLESS = re.compile(r"(?<=[A-Za-z])(-?\d)")  # a power without its sign, as in m3
-# raised, lowered or circled digits that are no power of a unit: ``2² mm`` is not 22 mm
-_RAISED = re.compile(r"(?:^|[\d\s.,+-])[\u00b2\u00b3\u00b9\u2070-\u2089\u2460-\u249b]")
+# raised, lowered or circled digits that are no power of a unit, and ``_``: ``2² mm`` is not 22 mm, ``0_1`` not 1
+_RAISED = re.compile(r"\d_\d|(?:^|[\d\s.,+-])[\u00b2\u00b3\u00b9\u2070-\u2089\u2460-\u249b]")
 _POWER, _SMALL_POWER = re.compile(r"\*\*|\^"), re.compile(r"(\*\*|\^)\s*[+-]?\d(\.\d+)?(?![\d^]|\*\*)")
 
 SMALLEST = 1e-60  # numbers below it are zero: their products underflow (SI units)

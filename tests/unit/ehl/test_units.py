@@ -74,6 +74,8 @@ def test_digits_that_are_no_number_and_numbers_too_small() -> None:
     for text in ("2² mm", "² mm", "1₂ mm", "① mm", "-³ mm", "1.² mm", "0x10 mm", "1_0 mm"):
         with refuses("length"):
             parse_quantity(text, "m", field="length")
+    with refuses("ratio"):
+        parse_quantity("0_1", "", field="ratio")
     assert parse_quantity("3 N/mm²", "Pa") == pytest.approx(3e6)
     assert parse_quantity("1e-320 mm", "m") == parse_quantity(-1e-61, "m") == 0.0
     with refuses("torque"):
