@@ -29,6 +29,7 @@ FIGURES = {
     "axle_maps.png": ("axle_maps.py",),
     "comparison.png": ("report_figures.py", "comparison"),
     "report_gear.png": ("report_figures.py", "gear"),
+    "friction_work.png": ("friction_work.py", "--out", "docs/figures"),
     "gear_load_time.png": ("gear_load_time.py",),
     "low_slip.png": ("low_slip.py", "docs/figures"),
     **dict.fromkeys(("measured_film.png", "measured_low_slip.png", "measured_oils.png"), ("measured.py",)),
