@@ -218,7 +218,7 @@ def run(command: Callable[[], object]) -> None:
     """
     # with the usual 700 objects the imports start hundreds of collections, a tenth of the time of a point
     gc.set_threshold(_COLLECT)
-    os.environ["MPLBACKEND"] = "agg"  # figures are written only; an unknown name in the environment would be an error
+    os.environ.pop("MPLBACKEND", None)  # figures are written only; an unknown name in the environment would be an error
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:  # closed by the shell: `>&-`
             setattr(sys, name, os.fdopen(os.open(os.devnull, os.O_RDWR), mode))

@@ -185,7 +185,7 @@ def test_bodies_at_another_temperature_than_the_oil_are_noted_with_their_size(bu
     [
         ("film_above_radius", "ke_additive", -40.0, 5e-4, 5e7, 200.0, {}),
         ("film_above_radius", "hvi", -40.0, 5e-4, 1.177e9, 100.0, {"slide_to_roll": 2.0, "roughness_rms": 5e-6}),
-        ("path_limit", "pg_1_1", -40.0, 5e-4, 4e9, 1e-4, {"slide_to_roll": 10.0, "speed_sliding_lengthwise": 1.666}),
+        ("path_stalled", "pg_1_1", -40.0, 5e-4, 4e9, 1e-4, {"slide_to_roll": 10.0, "speed_sliding_lengthwise": 1.666}),
         ("", "fva2", 96.06, 2.65e-3, 5e7, 4.733e-4, {"slide_to_roll": 1e-6, "roughness_rms": 2.728e-7}),
     ],
 )

@@ -90,14 +90,14 @@ def test_heat_into_the_surfaces_is_the_friction_power_and_that_of_the_flow() -> 
 
 def test_the_flow_heats_nothing_where_it_is_slow(monkeypatch: pytest.MonkeyPatch) -> None:
     contact, oil = line(1.0, 0.3), Oil.load("75w90").at(353.15)
-    steady = solve_smooth(contact, oil, (STEEL, STEEL), thermal="on")
+    steady = solve_smooth(contact, oil, (STEEL, STEEL), thermal="on", accuracy="reference")
     assert steady.heat is not None
     assert 0.0 < steady.heat.temperature_rise_rolling.max() < ROLLING_EFFECT / 0.02
     assert rolling_heat_of(steady.heat, oil) is None
     assert rolling_heat_of(None, oil) is None
     # and what is left out changes the film by less than half a per cent
     without_flow_heat(monkeypatch)
-    without = solve_smooth(contact, oil, (STEEL, STEEL), thermal="on")
+    without = solve_smooth(contact, oil, (STEEL, STEEL), thermal="on", accuracy="reference")
     assert without.film.film_central == pytest.approx(steady.film.film_central, rel=5e-3)
 
 
