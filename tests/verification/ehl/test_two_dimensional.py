@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from twins.rough_scenes import eyring_oil, gaussian_pair, line
 
+from ehl import Contact
 from ehl.rough import solve_transient
 
 SEEDS = range(1, 7)
@@ -76,3 +77,13 @@ def test_side_flow_has_no_mean_exchange_at_the_end_of_a_run(rms: float, length: 
     assert run.film_ratio == pytest.approx(0.305e-6 / rms, rel=0.05)
     assert run.net_exchange < 0.05
     assert run.exchange_error == pytest.approx(0.15 * run.net_exchange * (1.0 - run.asperity_load_share))
+
+
+@pytest.mark.parametrize(("gamma", "noted"), [(0.5, True), (1.0, False)])
+def test_marks_along_the_motion_are_outside_of_what_was_confirmed(gamma: float, noted: bool) -> None:
+    found = Contact(
+        oil="75w90", temperature="80 degC", pressure_hertz="1.1 GPa", radius_equivalent="15 mm", speed_entrainment=3.0,
+        slide_to_roll=0.3, roughness_rms="0.6 um", correlation_length="40 um", peklenik_number=gamma, accuracy="fast",
+    ).solve()  # fmt: skip
+    assert found.asperity_load_share > 0.01
+    assert any("Peklenik number" in note for note in found.notes) == noted
