@@ -221,7 +221,8 @@ def run(command: Callable[[], object]) -> None:
     os.environ.pop("MPLBACKEND", None)  # figures are written only; an unknown name in the environment would be an error
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:  # closed by the shell: `>&-`
-            setattr(sys, name, os.fdopen(os.open(os.devnull, os.O_RDWR), mode))
+            setattr(sys, name, os.fdopen(null := os.open(os.devnull, os.O_RDWR), mode))
+            os.set_inheritable(null, True)  # else pipes of worker processes take its number, and the workers crash
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):  # a terminal without Greek letters shows question marks
             stream.reconfigure(errors="replace")
