@@ -60,7 +60,6 @@ if TYPE_CHECKING:
     from efficiency.strength.root_stress import RootTooth
 
 POSITIONS, POINTS_PER_LINE = 24, 31
-# models of a comparison in addition to the formulas shipped for the oil
 # default edge radius as a fraction of the mean transverse module: deburred or tumbled teeth (this work)
 EDGE_ROUNDING = 0.05
 # size of the coarse mesh for the first solution of the shaft deflection

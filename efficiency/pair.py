@@ -465,9 +465,7 @@ class GearPair:
 
         ratio = 1.0 / self.design.ratio
         turns = REVOLUTIONS_PER_MILE if revolutions_per_mile is None else revolutions_per_mile
-        limit = OPERATION_LIMITS["torque"]
-        bare = not isinstance(torque_max, str)
-        most = None if torque_max is None else limit.check(torque_max, "torque_max", bare=bare)
+        most = None if torque_max is None else OPERATION_LIMITS["torque"].check_given(torque_max, "torque_max")
         points, losses = axle_test_points(application, turns, most), resolve_axle(axle)
         places: tuple[Any, Any] = points.pinion_torques(ratio), points.pinion_speeds(ratio)
         at: dict[str, Any] = {"temperature": temperature, "grid": grid, "progress": progress, **conditions}

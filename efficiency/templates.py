@@ -112,13 +112,13 @@ def new_file(kind: str, name: str = "", **answers: float | str) -> str:
         return _WRITERS[kind](template.text, name or f"my_{kind}", chosen, given)
     except InputError as error:
         words = {key: word for word, key in template.keys.items()}
-        raise error.changed(lambda problem: _of_answer(words, problem)) from None
 
+        def of_answer(problem: InputError) -> InputError:
+            """The problem of the file, related to the answer that caused it."""
+            field = problem.field.rpartition(".")[2]
+            return InputError(words.get(field, field), problem.value, problem.allowed, problem.hint)
 
-def _of_answer(words: Mapping[str, str], problem: InputError) -> InputError:
-    """The problem of the file, related to the answer that caused it."""
-    field = problem.field.rpartition(".")[2]
-    return InputError(words.get(field, field), problem.value, problem.allowed, problem.hint)
+        raise error.changed(of_answer) from None
 
 
 def _value(text: str) -> str:

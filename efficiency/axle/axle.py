@@ -211,8 +211,8 @@ class Axle:
             The heat does not balance within the range of oils.
         """
         own = self.operation
-        turning = _signed("torque", own.torque if torque is None else torque)
-        running = _signed("speed", own.speed if speed is None else speed)
+        turning = SIGNED["torque"].check_given(own.torque if torque is None else torque, "torque")
+        running = SIGNED["speed"].check_given(own.speed if speed is None else speed, "speed")
         if temperature == BALANCE:
             kelvin = self._balanced(turning, running, friction)
         else:
@@ -523,8 +523,3 @@ class _OtherLosses:
         power = math.floor(math.log(abs(torque) / own, 4.0)) if torque else 0
         loads = self.axle._loads_at(row, [own * 4.0**power, own * 4.0 ** (power + 1)])
         return math.fsum(self.axle._other_losses(row, loads)[0].values()) / float(speed)
-
-
-def _signed(name: str, value: Value) -> float:
-    """Torque or speed of any sign in SI units."""
-    return float(SIGNED[name].check(value, name, bare=not isinstance(value, str)))

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 import efficiency
 from efficiency.cli import options as shared
 from ehl import InputError
-from ehl.common.console import advanced, output_folder, working
+from ehl.common.console import advanced, output_folder, pairs, working
 
 
 @shared.with_groups
@@ -89,7 +89,8 @@ def optimise(
     store = shared.started_store(output, fresh)
     box = {"E": "0.05 mm", "P": "0.05 mm"} | misalignment
     chosen: dict[str, Any] = {"objectives": objective, "limits": _limits(limit), "duty": duty, "misalignment": box}
-    chosen |= {"tolerance": _tolerance(tolerance), "over": over, "flanks": flanks, "friction": friction, "oil": oil}
+    chosen |= {"tolerance": pairs("tolerance", tolerance), "over": over, "flanks": flanks}
+    chosen |= {"friction": friction, "oil": oil}
     chosen |= {"evaluations": evaluations, "batch": batch, "check": check, "solved": check_friction, "seed": seed}
     chosen |= {"sized": sized, "jobs": jobs, "dask": dask, "store": store}
     with output_folder(output), working("optimisation", shared.kept("evaluations", store, fresh)):
@@ -105,14 +106,6 @@ def _parts(texts: list[str]) -> list[tuple[str, str, str]]:
 
 def _variables(texts: list[str] | None) -> dict[str, Any] | None:
     return {name: bounds if equals else None for name, equals, bounds in _parts(texts)} if texts else None
-
-
-def _tolerance(texts: list[str] | None) -> dict[str, Any]:
-    parts = _parts(texts or [])
-    for name, equals, value in parts:
-        if not value:
-            raise InputError("tolerance", name + equals, "'name=half width' such as 'lengthwise_crowning=5 um'")
-    return {name: value for name, _, value in parts}
 
 
 def _limits(texts: list[str] | None) -> dict[str, Any] | None:

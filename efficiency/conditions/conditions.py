@@ -148,7 +148,7 @@ def checked(name: str, value: Any) -> Any:
     Raises `InputError`: a text without its unit, a value out of range, or an unknown option.
     """
     if name in QUANTITIES:
-        return QUANTITIES[name].check(value, name, bare=not isinstance(value, str))
+        return QUANTITIES[name].check_given(value, name)
     if name in _WORDS:
         word = str(value).casefold()
         if word not in _WORDS[name]:
@@ -159,19 +159,21 @@ def checked(name: str, value: Any) -> Any:
     return value
 
 
-def axis_values(name: str, values: Any) -> list[Any]:
+def axis_values(name: str, values: Any, limits: ValueRange | None = None) -> list[Any]:
     """Values of an axis in SI units.
 
     name: one of `AXES`.
     values: numbers in SI units, texts with a unit, a list ``"a, b, c unit"`` or a range ``"from:to:number unit"``.
+    limits: range of the values instead of that of `QUANTITIES`.
     Raises `InputError`: an invalid format or a value out of range.
     """
     refuse_composite(name, values)
-    if name in QUANTITIES and isinstance(values, str):
-        return list(QUANTITIES[name].check_list(values, name))
+    limits = limits or QUANTITIES.get(name)
+    if limits is not None and isinstance(values, str):
+        return list(limits.check_list(values, name))
     given = list(values) if _several(name, values) else [values]
     check_size({name: given})
-    return [checked(name, value) for value in given]
+    return [checked(name, value) if limits is None else limits.check_given(value, name) for value in given]
 
 
 def check_size(axes: Mapping[str, Sized]) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -292,12 +291,11 @@ def cycle_uncertainty(
     shares = np.array([_share_of_squares(result.inputs) for result in known])
     left = np.average(shares, axis=0, weights=[row.energy_loss for row in rows])
     ends = [float(end * share) for end, share in zip(squares, left, strict=True)]
-    figure = partial(_with_loss, efficiency)
+
+    def figure(log_change: float) -> float:
+        return 1.0 - (1.0 - efficiency) * math.exp(log_change)
+
     return InputUncertainty.of("efficiency", efficiency, changes, figure, LEVEL, notes, lambda scores: ends)
-
-
-def _with_loss(efficiency: float, log_change: float) -> float:
-    return 1.0 - (1.0 - efficiency) * math.exp(log_change)
 
 
 def _share_of_squares(found: InputUncertainty) -> tuple[float, float]:

@@ -7,7 +7,7 @@ those of the flanks there; cones, depths and offset are those of the design.
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from efficiency.blanks.pair_blank import agma_tables, rating_tables
 from efficiency.blanks.rating import RatedMember, RatedPair, RatingInput, RatingLoad
 from efficiency.blanks.tangency import PitchCones
 from efficiency.blanks.virtual_gears import virtual_gears
+from efficiency.conditions.duty import DutyRow
 from efficiency.contact.gear_flanks import MEMBERS, SIDES, Member
 from efficiency.contact.tooth_grid import gear_thickness, pinion_thickness
 from efficiency.cutting.flank import CutFlank
@@ -28,26 +29,6 @@ from ehl.common.errors import InputError
 from ehl.common.pages import Reportable
 from ehl.common.sections import Head, Medium, Section
 from ehl.fluid.oil import Oil
-
-
-class Row(Protocol):
-    """A row of a duty cycle."""
-
-    @property
-    def side(self) -> str:
-        """Loaded flanks."""
-
-    @property
-    def torque(self) -> float:
-        """Of the pinion [N m]."""
-
-    @property
-    def speed(self) -> float:
-        """Of the pinion [rad/s]."""
-
-    @property
-    def hours(self) -> float:
-        """Duration [h]."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -80,7 +61,7 @@ class DesignRating(Reportable):
 
 
 def rate_design(
-    design: PairDesign, torque: float | None = None, speed: float | None = None, rows: Sequence[Row] = ()
+    design: PairDesign, torque: float | None = None, speed: float | None = None, rows: Sequence[DutyRow] = ()
 ) -> DesignRating:
     """Load capacity of a design at a pinion torque [N m] and speed [rad/s], by default its operating point.
 
@@ -120,7 +101,7 @@ def rate_design(
     return DesignRating(design.name, inputs, drive, coast, agma, tuple(notes))
 
 
-def _steps(rows: Sequence[Row], side: str) -> list[RatingLoad]:
+def _steps(rows: Sequence[DutyRow], side: str) -> list[RatingLoad]:
     used = [row for row in rows if row.side == side and row.torque != 0.0 and row.speed != 0.0 and row.hours > 0.0]
     return [RatingLoad(torque=abs(row.torque), speed=abs(row.speed), hours=row.hours) for row in used]
 

@@ -259,7 +259,7 @@ def _flank_notes(design: Design, name: str, flank: FlankSummary) -> list[str]:
 
 def marking_thickness(given: float | str | None) -> float:
     """Thickness of the marking compound [m]; default: the usual one."""
-    return MARKING if given is None else MARKING_LIMITS.check(given, "marking", bare=not isinstance(given, str))
+    return MARKING if given is None else MARKING_LIMITS.check_given(given, "marking")
 
 
 def chosen_sides(text: str) -> tuple[Side, ...]:

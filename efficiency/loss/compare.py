@@ -13,7 +13,7 @@ from efficiency.loss.closed_form import PitchGeometry, buckingham_type, coleman_
 from efficiency.loss.efficiency import LoadedGrids, solve_balanced
 from efficiency.loss.efficiency_result import EfficiencyResult, LoadBalance, OperatingConditions
 from efficiency.loss.kinematics import Operation
-from efficiency.loss.power_loss import loss_by_region
+from efficiency.loss.power_loss import loss_by_region, loss_of
 from ehl.common.arrays import finite_or_none
 from ehl.common.data import reason_text
 from ehl.common.pages import Reportable
@@ -146,12 +146,13 @@ def compare_models(
         names.append(f"{fitted.name}, fitted to {reference.friction_model}")
     rows = [_mesh_row(name, result) for name, result in zip(names, results, strict=True)]
     if pitch is not None:
-        power = loaded.fine.torque * operation.speed
         constants = [COLEMAN_FRICTION] + ([reference.friction_coefficient_mean] if reference is not None else [])
         for label, form in (("Coleman-type", coleman_type), ("Buckingham-type", buckingham_type)):
             for mu in constants:
                 name = f"{label} (this work)" + ("" if mu == COLEMAN_FRICTION else f", mu {mu:.4g}")
-                rows.append(_closed_row(name, mu, form(pitch, mu, operation.driver), operation, power))
+                eta = form(pitch, mu, operation.driver)
+                loss = loss_of(eta, loaded.fine.torque, operation.speed, operation.driver)
+                rows.append(ComparisonRow(name, "closed form", eta, power_loss=loss, friction_coefficient_mean=mu))
     named = reference.friction_model if reference is not None else ""
     found = Comparison(loaded.mesh.design, loaded.mesh.side, results[0].conditions, tuple(rows), tuple(results), named)
     base = found.base.power_loss if found.base is not None else math.nan
@@ -205,8 +206,3 @@ def _mesh_row(name: str, result: EfficiencyResult) -> ComparisonRow:
     own = {f.name: getattr(result, f.name) for f in fields(ComparisonRow) if hasattr(result, f.name)}
     regions = tuple(tuple(map(float, row)) for row in loss_by_region(result))
     return ComparisonRow(name, "mesh", loss_regions=regions, **own)
-
-
-def _closed_row(name: str, mu: float, efficiency: float, operation: Operation, power: float) -> ComparisonRow:
-    loss = (1.0 - efficiency) * (power if operation.driver == "pinion" else power / efficiency)
-    return ComparisonRow(name, "closed form", efficiency, power_loss=loss, friction_coefficient_mean=mu)

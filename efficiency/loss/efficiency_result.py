@@ -314,13 +314,12 @@ class EfficiencyResult(Reportable):
     @property
     def loss_interval(self) -> tuple[float, float]:
         """90 % interval of sliding and rolling loss together [W], both independent."""
+        from efficiency.loss.power_loss import loss_of
         from efficiency.loss.uncertainty import ROLLING
 
-        driven = self.conditions.driver == "pinion"
-        power, factor = self.conditions.torque * self.conditions.speed, math.exp(score_of(0.90) * ROLLING)
-        ends = []
+        at, factor, ends = self.conditions, math.exp(score_of(0.90) * ROLLING), []
         for side, end, rolling in ((-1.0, self.efficiency_upper, 1.0 / factor), (1.0, self.efficiency_lower, factor)):
-            sliding = power * (1.0 - end if driven else 1.0 / end - 1.0)
+            sliding = loss_of(end, at.torque, at.speed, at.driver)
             width = math.hypot(sliding - self.power_loss, (rolling - 1.0) * self.power_loss_rolling)
             ends.append(self.power_loss + self.power_loss_rolling + side * width)
         return ends[0], ends[1]

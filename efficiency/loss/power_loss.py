@@ -57,6 +57,11 @@ def efficiency_of(power_loss: float, torque: float, speed: float, driver: Driver
     return 1.0 - power_loss / pinion if driver == "pinion" else pinion / (pinion + power_loss)
 
 
+def loss_of(efficiency: float, torque: float, speed: float, driver: Driver = "pinion") -> float:
+    """Mean loss at a mesh efficiency [W], the inverse of `efficiency_of`; parameters as there."""
+    return torque * speed * (1.0 - efficiency if driver == "pinion" else 1.0 / efficiency - 1.0)
+
+
 def loss_by_region(result: EfficiencyResult) -> FloatArray:
     """Share of the sliding loss in nine regions of the gear flank, thirds of its height and face width, (3, 3).
 

@@ -14,6 +14,7 @@ import numpy as np
 from efficiency.conditions.conditions import resolve_friction
 from efficiency.design.design import Design
 from efficiency.loss.efficiency_result import EfficiencyResult
+from efficiency.loss.power_loss import loss_of
 from efficiency.machine_settings.inputs import SettingsInput
 from efficiency.machine_settings.settings_result import SettingsResult
 from efficiency.machine_settings.solve import machine_settings
@@ -127,7 +128,9 @@ def evaluate(task: EvaluationTask) -> Evaluation:
             return replace(found, reason=reason, seconds=time.perf_counter() - clock)
         pair = task.pair(made.design)
         if task.solved:
-            return replace(found, solved=solved_loss(pair, task), seconds=time.perf_counter() - clock)
+            results = duty_results(pair, task.problem, task.problem.states[0], task.grid, task.solved)
+            solved = _mean_loss(task.problem, results)
+            return replace(found, solved=solved, seconds=time.perf_counter() - clock)
         figures = over_states(
             [state_figures(p, task.problem, s, task.grid) for p, s in _made(task, pair)], task.problem
         )
@@ -213,7 +216,8 @@ def loss_interval(pair: GearPair, task: EvaluationTask) -> dict[str, tuple[float
     hours = np.array([row.hours for row in problem.duty])
 
     def mean(efficiencies: list[float]) -> float:
-        losses = [_loss_at(result, value) for result, value in zip(results, efficiencies, strict=True)]
+        operation = [(result.conditions, value) for result, value in zip(results, efficiencies, strict=True)]
+        losses = [loss_of(value, at.torque, at.speed, at.driver) for at, value in operation]
         return float(np.average(losses, weights=hours))
 
     names = dict.fromkeys(source.name for result in results for source in result.inputs.sources)
@@ -228,18 +232,6 @@ def loss_interval(pair: GearPair, task: EvaluationTask) -> dict[str, tuple[float
 def _moved(result: EfficiencyResult, name: str, end: str) -> float:
     moved = {source.name: float(getattr(source, end)) for source in result.inputs.sources}
     return moved.get(name, result.efficiency)
-
-
-def _loss_at(result: EfficiencyResult, efficiency: float) -> float:
-    """Loss at another efficiency with the same power at the pinion [W]."""
-    power = result.conditions.torque * result.conditions.speed
-    return power * (1.0 - efficiency) if result.conditions.driver == "pinion" else power * (1.0 / efficiency - 1.0)
-
-
-def solved_loss(pair: GearPair, task: EvaluationTask) -> tuple[float, float]:
-    """Loss of the aligned pair over the duty with the friction model of the check, and its error [W]."""
-    problem = task.problem
-    return _mean_loss(problem, duty_results(pair, problem, problem.states[0], task.grid, task.solved))
 
 
 def _mean_loss(problem: SearchProblem, results: list[EfficiencyResult]) -> tuple[float, float]:

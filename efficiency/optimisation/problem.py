@@ -242,7 +242,7 @@ def _given_bounds(name: str, bounds: Any) -> Bounds:
         pair = tuple(bounds)
         if len(pair) != 2:
             raise InputError(name, bounds, "two values, the lower and the upper bound")
-        low, high = (allowed.check(end, name, bare=not isinstance(end, str)) for end in pair)
+        low, high = (allowed.check_given(end, name) for end in pair)
     if not low < high:
         raise InputError(name, bounds if isinstance(bounds, str) else list(bounds), "a lower bound below the upper one")
     return low, high
@@ -415,7 +415,7 @@ def checked_limits(given: Mapping[str, Any] | None) -> dict[str, float | str]:
         unit = quantities()[name].unit
         example = "To keep the value of the start, give the name alone or 'start'."
         bounds = ValueRange(unit, ge=0.0, hint=example)
-        found[name] = bounds.check(value, f"limit {name}", bare=not isinstance(value, str))
+        found[name] = bounds.check_given(value, f"limit {name}")
     return found
 
 
@@ -425,7 +425,7 @@ def half_widths(box: Mapping[str, Any]) -> dict[str, float]:
     for name, value in box.items():
         if name not in _SHIFTS:
             raise InputError("misalignment", name, "one of " + ", ".join(_SHIFTS))
-        width = _SHIFTS[name].check(value, name, bare=not isinstance(value, str))
+        width = _SHIFTS[name].check_given(value, name)
         if width < 0.0:
             raise InputError(name, value, "a half width, zero or above", "The box extends to both sides.")
         if width > 0.0:
@@ -450,7 +450,7 @@ def box_states(
         _take("tolerance", name, taken)
         allowed = VARIABLES[name]
         half = ValueRange(allowed.unit, gt=0.0, le=allowed.le, hint="A half width: the error extends to both sides.")
-        widths[name] = half.check(value, f"tolerance {name}", bare=not isinstance(value, str))
+        widths[name] = half.check_given(value, f"tolerance {name}")
     if len(widths) > _MAX_WIDTHS:
         hint = "Omit the least important ones; set a misalignment to '0 mm' to omit it."
         raise InputError("tolerance", ", ".join(widths), f"at most {_MAX_WIDTHS} half widths with misalignments", hint)

@@ -187,11 +187,6 @@ def change_text(share: float) -> str:
     return f"{100.0 * share:+.1f} %" if math.isfinite(share) else "–"
 
 
-def _edge_free(best: Candidate, name: str) -> bool:
-    """Whether the edge load is negligible."""
-    return name == "edge_load_share" and best.exact.figures[name] <= EDGE_FREE
-
-
 def _figure_change(best: Candidate, name: str) -> str:
     """Change of a figure; the edge load is stated in % of the torque, because that of the start may vanish."""
     if name != "edge_load_share":
@@ -396,7 +391,8 @@ def _answer(result: Optimisation) -> list[Item]:
             notes.insert(0, Note("warning", text))
     gain, error = best.solved_gain
     if math.isfinite(gain):
-        text = f"less loss with solved contacts, aligned; predicted by the formula: {100.0 * aligned_gain(best):.1f} %"
+        predicted = 1.0 - best.exact.losses["aligned"][0] / best.start.losses["aligned"][0]
+        text = f"less loss with solved contacts, aligned; predicted by the formula: {100.0 * predicted:.1f} %"
         rows.append((f"{100.0 * gain:.1f} ±\N{NO-BREAK SPACE}{100.0 * error:.1f} %", text))
     uncertain = [
         c.name for c in result.candidates if c is not best and c.holds and c.gain > 0.0 and c.gain_interval[0] <= 0.0
@@ -405,7 +401,8 @@ def _answer(result: Optimisation) -> list[Item]:
         text = f"other designs with a gain smaller than the uncertainty of friction: {', '.join(uncertain)}"
         notes.append(Note("warning", text))
     worse = [name for name in result.problem.figures if best.change(name) > 0.005]
-    costs = [name for name in worse if not _edge_free(best, name)]
+    free = {"edge_load_share"} if best.exact.figures.get("edge_load_share", 1.0) <= EDGE_FREE else set()
+    costs = [name for name in worse if name not in free]
     price = ", ".join(f"{known[name].label} {_figure_change(best, name)}" for name in costs)
     if price:
         notes.append(Note("warning", f"increased figures: {price}"))
@@ -422,11 +419,6 @@ def _answer(result: Optimisation) -> list[Item]:
         KeyFigures([(_figure_change(best, name), known[name].label) for name in others]),
         Notes(sorted(notes, key=lambda note: GRADES.index(note.grade))),
     ]
-
-
-def aligned_gain(candidate: Candidate) -> float:
-    """Gain of the aligned pair by the formula [-]."""
-    return 1.0 - candidate.exact.losses["aligned"][0] / candidate.start.losses["aligned"][0]
 
 
 def _before_after(result: Optimisation) -> list[Section]:

@@ -132,8 +132,8 @@ def export_design(
     if not 0.0 <= margin <= 0.3:
         raise InputError("margin", margin, "from 0 to 0.3")
     length = ValueRange("m", ge=0.0, le=3.0)
-    thickness = None if rim is None else length.check(rim, "rim", bare=not isinstance(rim, str))
-    hole = None if bore is None else length.check(bore, "bore", bare=not isinstance(bore, str))
+    thickness = None if rim is None else length.check_given(rim, "rim")
+    hole = None if bore is None else length.check_given(bore, "bore")
     written: list[str] = []
     grids: dict[Member, ToothGrid] = {}
     for member in members:

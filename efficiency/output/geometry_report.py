@@ -67,16 +67,14 @@ def _role(design: Design, flank: str) -> str:
 def contact_table(geometry: PairGeometry) -> Table:
     """Unloaded contact of each side."""
     top, marking = "highest point", f"contact pattern ({quantity('marking').text(geometry.marking)})"
+    harmonic = "transmission error, harmonic"
     columns: dict[Column, Callable[[SideGeometry], float]] = {
         Column("contact_ratio", label="potential contact ratio [pitches]"): lambda s: s.contact_ratio,
         Column("path_ratio", label="unloaded contact without edge contact [pitches]"): lambda s: s.path_ratio,
         Column("peak_to_peak", label="transmission error, peak to peak"): lambda s: s.pair.transmission.peak_to_peak,
-        **{
-            Column(f"harmonic_{order}", of="harmonic_1", label=f"transmission error, harmonic {order}"): partial(
-                _harmonic, order=order
-            )
-            for order in (1, 2, 3)
-        },
+        Column("harmonic_1", label=f"{harmonic} 1"): lambda s: s.pair.transmission.harmonics[0],
+        Column("harmonic_2", of="harmonic_1", label=f"{harmonic} 2"): lambda s: s.pair.transmission.harmonics[1],
+        Column("harmonic_3", of="harmonic_1", label=f"{harmonic} 3"): lambda s: s.pair.transmission.harmonics[2],
         Column("contact_u", label=f"{top}: distance from the mean point to the heel"): lambda s: s.contact_u,
         Column("contact_height", label=f"{top}: height above the pitch cone of the gear"): lambda s: s.contact_height,
         Column("path_angle", label=f"{top}: angle of the path to the pitch line"): lambda s: s.path_angle,
@@ -84,24 +82,18 @@ def contact_table(geometry: PairGeometry) -> Table:
         Column("pattern_area", of="share", label=f"{marking}: share of the flank"): lambda s: s.pattern.area_share,
         Column("pattern_length", of="share", label=f"{marking}: length / face width"): lambda s: s.pattern.length,
         Column("pattern_width", of="share", label=f"{marking}: height / whole depth"): lambda s: s.pattern.width,
-        Column("radius_equivalent_min", of="radius_equivalent", label="smallest equivalent radius"): lambda s: (
+        Column("radius_equivalent_min", "radius_equivalent", "smallest equivalent radius"): lambda s: (
             s.radius_equivalent[0]
         ),
-        Column("radius_equivalent_max", of="radius_equivalent", label="largest equivalent radius"): lambda s: (
+        Column("radius_equivalent_max", "radius_equivalent", "largest equivalent radius"): lambda s: (
             s.radius_equivalent[1]
         ),
-        Column("ease_off_error", of="ease_off", label="error of the ease-off", digits=2): lambda s: (
-            s.pair.surface.interpolation_error
-        ),
+        Column("ease_off_error", "ease_off", "error of the ease-off", 2): lambda s: s.pair.surface.interpolation_error,
         Column("seconds"): lambda s: s.seconds,
     }
     rows = [(name, *(value(side) for value in columns.values())) for name, side in geometry.sides.items()]
     title = f"Unloaded contact, {misalignment_text(geometry.design)}"
     return Table(["side", *columns], rows, title, name="unloaded_contact", vertical=True)
-
-
-def _harmonic(side: SideGeometry, order: int) -> float:
-    return float(side.pair.transmission.harmonics[order - 1])
 
 
 def graded_notes(geometry: PairGeometry) -> list[Note]:
@@ -199,12 +191,14 @@ def geometry_sections(geometry: PairGeometry, medium: Medium, units: Units = "me
         f"{teeth}, {misalignment_text(design)}. Source: {design.source or 'not stated'}",
         f"Computed in {geometry.seconds:.2f} s for unloaded, rigid flanks.",
     )
+    of_sides = {name: list(side_figures(side)) for name, side in geometry.sides.items()}
+    axial_section = Picture(partial(blank_figure, design), AXIAL_SECTION, "blank_section")
     return [
         Section("", [head, *_headline(geometry), _notes(geometry)]),
-        *(Section(f"{name.capitalize()} side", _side_items(side)) for name, side in geometry.sides.items()),
+        *(Section(f"{name.capitalize()} side", [wide, Row(others)]) for name, (wide, *others) in of_sides.items()),
         _contact(geometry),
-        _blanks(geometry, units),
-        _settings(geometry, units),
+        Section("Blanks", [axial_section, design_drawing(design).table(units)]),
+        Section("Cutters and machine settings", [*settings_tables(design, units), flank_table(geometry)]),
     ]
 
 
@@ -231,15 +225,6 @@ def _headline(geometry: PairGeometry) -> list[Item]:
     return [MainResult(key_side(sides[first]), label, known), KeyFigures(tiles)]
 
 
-def _blanks(geometry: PairGeometry, units: Units) -> Section:
-    picture = Picture(partial(blank_figure, geometry.design), AXIAL_SECTION, "blank_section")
-    return Section("Blanks", [picture, design_drawing(geometry.design).table(units)])
-
-
-def _settings(geometry: PairGeometry, units: Units) -> Section:
-    return Section("Cutters and machine settings", [*settings_tables(geometry.design, units), flank_table(geometry)])
-
-
 def _contact(geometry: PairGeometry) -> Section:
     text = Text(
         "Ease-off is the distance from the pinion flank conjugate to the real gear flank to the real pinion flank, "
@@ -249,8 +234,3 @@ def _contact(geometry: PairGeometry) -> Section:
     )
     tables = [contact_table(geometry)] if geometry.sides else []
     return Section("Unloaded contact: numerical results", [text, *tables])
-
-
-def _side_items(side: SideGeometry) -> list[Item]:
-    wide, *others = side_figures(side)
-    return [wide, Row(others)]

@@ -207,17 +207,11 @@ def range_table(result: EfficiencyResult) -> Table:
     return Table(("end", *found), ends, title=title, vertical=True)
 
 
-def strength_tables(result: EfficiencyResult) -> list[Table]:
-    """Strength of the teeth and root stress over the mesh; empty for a result without its pair."""
-    if not result.has_strength:
-        return []
-    return [result.strength.table(), result.strength.root_table()]
-
-
 def result_tables(result: EfficiencyResult) -> list[Table]:
     """Tables of one operating point: result, remarks, strength, mesh positions, loaded points."""
     inputs = [result.inputs.table()] if result.inputs.sources else []
-    head = [result_table(result), *inputs, remarks_table([result]), *strength_tables(result)]
+    strength = [result.strength.table(), result.strength.root_table()] if result.has_strength else []
+    head = [result_table(result), *inputs, remarks_table([result]), *strength]
     return [*head, position_table(result), point_table(result)]
 
 

@@ -381,7 +381,7 @@ def run_study(
     with Journal(store, field="store") as journal:
         rows = run_tasks(ordered, _solve, jobs=1 if costly else jobs, journal=journal)
         for task, row in zip(ordered, rows, strict=True):
-            known[task.key] = [_point_of(point) for point in row["points"]]
+            known[task.key] = [StudyPoint(**point | {"notes": tuple(point["notes"])}) for point in row["points"]]
             done += len(task.states)
             with progress_to(progress):
                 report_progress("points", done, total)
@@ -432,7 +432,3 @@ def _solve(task: StudyTask) -> dict[str, list[dict[str, Any]]]:
 @lru_cache(maxsize=4)
 def _pair(aligned: str) -> GearPair:
     return GearPair(Design.model_validate_json(aligned))
-
-
-def _point_of(row: dict[str, Any]) -> StudyPoint:
-    return StudyPoint(**row | {"notes": tuple(row["notes"])})

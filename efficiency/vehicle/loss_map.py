@@ -11,18 +11,17 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from efficiency.conditions.conditions import check_size
-from efficiency.conditions.duty import DutyRow
+from efficiency.conditions.conditions import axis_values, check_size
+from efficiency.conditions.duty import SIGNED, DutyRow
 from efficiency.conditions.grid import Evaluator, GridPoint, PointsResult
 from efficiency.loss.efficiency_result import pair_notes
-from efficiency.loss.kinematics import OPERATION_LIMITS
 from efficiency.output.tables import outside_note
 from ehl.common.arrays import FloatArray, finite_or_none
 from ehl.common.errors import ConvergenceError, InputError
@@ -39,15 +38,12 @@ from regression.friction.published_registry import model_label
 if TYPE_CHECKING:
     import pandas
 
-_TORQUE = float(OPERATION_LIMITS["torque"].le or 1e6)
-_SPEED = float(OPERATION_LIMITS["speed"].le or 5e3)
-SIGNED_TORQUE = ValueRange("N*m", ge=-_TORQUE, le=_TORQUE, hint="Negative in coast.")
 COLUMNS = {
-    "torque": SIGNED_TORQUE,
-    "speed": ValueRange("rad/s", ge=0.0, le=_SPEED),
-    "torque_loss": ValueRange("N*m", ge=0.0, le=_TORQUE),
+    "torque": SIGNED["torque"],
+    "speed": ValueRange("rad/s", ge=0.0, le=SIGNED["speed"].le),
+    "torque_loss": ValueRange("N*m", ge=0.0, le=SIGNED["torque"].le),
 }
-DRAG = ValueRange("N*m", ge=0.0, le=_TORQUE, hint="Torque at the pinion shaft, independent of speed.")
+DRAG = replace(COLUMNS["torque_loss"], hint="Torque at the pinion shaft, independent of speed.")
 LOAD_SHARE = ValueRange("", ge=0.0, lt=0.5, hint="Torque lost in the bearings over the pinion torque.")
 _SIMPLE = {"drag": DRAG, "load_share": LOAD_SHARE}
 
@@ -325,21 +321,9 @@ def require_all(reason: str) -> None:
 
 def signed_axes(torque: Any, speed: Any) -> tuple[FloatArray, FloatArray]:
     """Unique, increasing pinion torques [N m] and speeds [rad/s] from lists, ranges or numbers."""
-    found = _axis("torque", torque, SIGNED_TORQUE), _axis("speed", speed, OPERATION_LIMITS["speed"])
-    check_size(dict(zip(("torque", "speed"), found, strict=True)))
-    return found
-
-
-def _axis(name: str, values: Any, allowed: ValueRange) -> FloatArray:
-    if isinstance(values, str):
-        found: Sequence[float] = allowed.check_list(values, name)
-    elif isinstance(values, int | float):
-        found = [allowed.check(values, name)]
-    else:
-        values = list(values)
-        check_size({name: values})
-        found = [allowed.check(value, name, bare=not isinstance(value, str)) for value in values]
-    return np.unique(np.asarray(found, dtype=np.float64))
+    torques, speeds = np.unique(axis_values("torque", torque, SIGNED["torque"])), np.unique(axis_values("speed", speed))
+    check_size({"torque": torques, "speed": speeds})
+    return torques, speeds
 
 
 def solve_loss_map(

@@ -59,11 +59,6 @@ class Column:
         known = quantities()
         return known[self.of] if self.of else known.get(self.name, Quantity(self.name, label=self.name))
 
-    @property
-    def head_label(self) -> str:
-        """Label of its head without unit."""
-        return self.label or self.quantity.label
-
     def text(self, value: Cell) -> str:
         """Text of a cell in the display unit."""
         if value is None:
@@ -179,7 +174,7 @@ class Table:
     def html(self) -> str:
         """The table as an HTML element, in display units."""
         head, rows = self._texts(typeset=True)
-        left = self._left(rows)
+        left = self._left(head, rows)
         style = [' class="text" style="text-align:left"' if words else "" for words in left]
         dense = "dense densest" if len(head) > _DENSEST else "dense"
         lines = [f'<table class="{dense}">' if len(head) > _DENSE else "<table>"]
@@ -209,7 +204,7 @@ class Table:
         from rich.text import Text
 
         head, rows = self._texts(typeset=False)
-        left = self._left(rows)
+        left = self._left(head, rows)
         widths = self._fitting(head, rows, left, options.max_width)
         if self.title:
             yield wrapped(self.title, "italic")
@@ -259,7 +254,9 @@ class Table:
     def _texts(self, *, typeset: bool) -> tuple[list[str], list[list[str]]]:
         """Head and cells as shown."""
         written = typeset_unit if typeset else printed_unit
-        return self._laid_out(lambda c: c.head_label, lambda c: written(c.quantity.display), lambda c, x: c.text(x))
+        return self._laid_out(
+            lambda c: c.label or c.quantity.label, lambda c: written(c.quantity.display), lambda c, x: c.text(x)
+        )
 
     def _laid_out(
         self, label: Callable[[Column], str], unit: Callable[[Column], str], value: Callable[[Column, Cell], Any]
@@ -281,17 +278,13 @@ class Table:
         columns = list(enumerate(self._columns))[named:]
         return ["quantity", *heads, "unit"], [(c, [row[i] for row in self.rows]) for i, c in columns]
 
-    def _left(self, rows: Sequence[Sequence[str]]) -> list[bool]:
+    def _left(self, head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[bool]:
         """Whether each shown column has texts, which are left-aligned."""
-        like = [[bool(_LIKE_NUMBER.fullmatch(row[i])) for row in rows] for i in self._texts_width]
+        like = [[bool(_LIKE_NUMBER.fullmatch(row[i])) for row in rows] for i in range(len(head))]
         if not self.vertical:
             return [not all(cells) for cells in like]
         # texts among the values of a vertical table are right-aligned like numbers
         return [True, *(not any(cells) for cells in like[1:-1]), True]
-
-    @property
-    def _texts_width(self) -> range:
-        return range(len(self.rows) + 2 if self.vertical else len(self.columns))
 
     def _fitting(
         self, head: Sequence[str], rows: Sequence[Sequence[str]], left: Sequence[bool], limit: int

@@ -36,25 +36,9 @@ _LOG = logging.getLogger("mixed_ehl")
 _HEADER = re.compile(r"(?P<name>[^\[(#]+?|#.*)\s*(?:[\[(]\s*(?P<unit>[^\])]*?)\s*[\])].*?)?(?:\s#.*)?")
 _HEADER_LINES = 200  # among the first of these the header is looked for
 # first cell of a row that a spreadsheet or a test rig adds below the data
-_STATISTICS = frozenset(
-    (
-        *(
-            "mean",
-            "average",
-            "avg",
-            "median",
-            "min",
-            "max",
-            "minimum",
-            "maximum",
-            "std",
-            "sd",
-            "stdev",
-            "stddev",
-            "rms",
-        ),
-        *("sum", "total", "count", "mittelwert", "mittel", "summe", "stabw", "standardabweichung", "anzahl", "gesamt"),
-    )
+_STATISTICS = (
+    *("mean", "average", "avg", "median", "min", "max", "minimum", "maximum", "std", "sd", "stdev", "stddev", "rms"),
+    *("sum", "total", "count", "mittelwert", "mittel", "summe", "stabw", "standardabweichung", "anzahl", "gesamt"),
 )
 _PLACEHOLDERS = re.compile(r"-?9{1,6}(\.0*)?")  # of missing values, where the quantity cannot have them
 _CODES = re.compile(r"-9{3,6}(\.0*)?")  # which a signed quantity could have

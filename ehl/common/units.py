@@ -389,6 +389,10 @@ class ValueRange:
             raise InputError(field, value, self.expected, self._remedy(value))
         return number
 
+    def check_given(self, value: object, field: str) -> float:
+        """Check a value of the Python interface: a number is in SI units, a text has its unit."""
+        return self.check(value, field, bare=not isinstance(value, str))
+
     def _remedy(self, value: object) -> str:
         """The hint, and for a bare number the unit in which it would be inside of the range."""
         try:

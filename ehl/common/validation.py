@@ -269,7 +269,7 @@ def _problem(complaint: Any, model: type[BaseModel], where: str) -> InputError:
         return stated.changed(placed)
     if kind == "extra_forbidden":
         known = sorted(_keys(place.owner))
-        hint = _join(near(place.path[-1], known), f"Known keys: {', '.join(known)}.")
+        hint = f"{near(place.path[-1], known)} Known keys: {', '.join(known)}.".strip()
         return InputError(field, value, "only the documented keys of this table", hint)
     if kind.startswith("union_tag"):
         key = str(context["discriminator"]).strip("'")
@@ -277,10 +277,6 @@ def _problem(complaint: Any, model: type[BaseModel], where: str) -> InputError:
     choices = get_args(place.annotation) if get_origin(place.annotation) is Literal else ()
     hint = "" if value is None else near(value, map(str, choices))
     return InputError(field, value, expected_input(place, ".".join(place.path)) or complaint["msg"], hint)
-
-
-def _join(*texts: str) -> str:
-    return " ".join(filter(None, texts))
 
 
 def _keys(owner: type[BaseModel]) -> set[str]:

@@ -41,7 +41,7 @@ _SECONDS = ValueRange("s", gt=0.0, le=1e8)
 
 def checked_time_cap(value: float | str) -> float:
     """Seconds; a text must have a unit."""
-    return _SECONDS.check(value, "time_cap", bare=not isinstance(value, str))
+    return _SECONDS.check_given(value, "time_cap")
 
 
 @dataclass(frozen=True)
