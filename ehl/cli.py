@@ -8,7 +8,6 @@ from typing import Annotated, Any
 import typer
 
 import ehl
-from ehl.common import console
 from ehl.common import console as shared
 
 
@@ -40,13 +39,8 @@ def solve(
     try:  # files first, as standard output may be closed
         result.write(report=report, plot=plot if result.status != "failed" else None, uncertainty=spread)
     finally:
-        if json_output:
-            found = result.to_dict() | ({} if spread is None else {"uncertainty": spread.to_dict()})
-            shared.print_json(found | ({"bibtex": result.citation().bibtex} if cite else {}))
-        else:
-            result.show(uncertainty=spread)
-            if cite:
-                shared.print_text(f"\nReferences\n{result.citation()}")
+        more = {} if spread is None else {"uncertainty": spread.to_dict()}
+        shared.print_result(result, json_output, more, cite=cite, uncertainty=spread)
     if result.status != "converged":
         typer.echo(result.outcome, err=True)
     if result.status == "failed":
@@ -124,18 +118,18 @@ def oil(
 
 
 def profile(
-    file: console.ProfileArgument,
-    unit_x: console.UnitXOption = "",
-    unit_height: console.UnitHeightOption = "",
-    detrend: console.DetrendOption = 2,
-    cutoff_long: console.CutoffLongOption = None,
-    cutoff_short: console.CutoffShortOption = None,
+    file: shared.ProfileArgument,
+    unit_x: shared.UnitXOption = "",
+    unit_height: shared.UnitHeightOption = "",
+    detrend: shared.DetrendOption = 2,
+    cutoff_long: shared.CutoffLongOption = None,
+    cutoff_short: shared.CutoffShortOption = None,
     json_output: shared.JsonOption = False,
-    plot: console.ProfilePlotOption = None,
+    plot: shared.ProfilePlotOption = None,
 ) -> None:
     """Evaluate a measured profile: Rq, RSm, slope, correlation length, lay, interpolated points, removed form."""
     shared.check_outputs({"plot": plot})
     cutoffs = {"cutoff_long": cutoff_long, "cutoff_short": cutoff_short}
     found = ehl.measured_surface(file, unit_x=unit_x, unit_height=unit_height, detrend=detrend, **shared.given(cutoffs))
     found.write(plot=plot)
-    shared.print_json(found.to_dict()) if json_output else found.show()
+    shared.print_result(found, json_output)

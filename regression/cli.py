@@ -20,6 +20,7 @@ from ehl.common.console import (
     names_of,
     pairs,
     print_json,
+    print_result,
     print_text,
     reason_text,
     working,
@@ -192,7 +193,7 @@ def calibrate(
         if output is not None:
             result.save_card(output, force=force)
     finally:
-        print_json(result.to_dict()) if json_output else result.show()
+        print_result(result, json_output)
     if output is not None and not json_output:
         typer.echo(f"written: {output}. To use it:")
         for line in result.use_lines(output):
@@ -294,11 +295,8 @@ def sweep_status(
 ) -> None:
     """Show the progress of a run, also while it is running."""
     status = regression.Run(run).status
-    if json_output:
-        print_json(status.to_dict())
-        return
-    status.show()
-    if failed and status.failed:
+    print_result(status, json_output)
+    if failed and status.failed and not json_output:
         status.failed_table().print()
 
 

@@ -125,7 +125,9 @@ class Page:
             for name in SHAPE:
                 self._number(name)
                 slider = ui.slider(min=0.0, max=1.0, step=0.01).props("dense").mark(f"slider {name}")
-                slider.on("change", lambda _, name=name: self._slid(name))  # when released: settings take a second
+                field = self.inputs[name]
+                # when released: settings take a second
+                slider.on("change", lambda _, slider=slider, field=field: field.set_value(f"{slider.value:.4g}"))
                 self.sliders[name] = slider
             ui.label("misalignment").classes("text-sm opacity-70 mt-2")
             for name in MISALIGNMENTS:
@@ -145,9 +147,6 @@ class Page:
             self.inputs[name].set_visibility(bool(text))
             slider.props(f":min={low:.6g} :max={high or 1.0:.6g} :step={(high - low) / 50.0 or 1.0:.6g}")
             slider.set_value(float(getattr(self.scene, name) or 0.0))
-
-    def _slid(self, name: str) -> None:
-        self.inputs[name].set_value(f"{self.sliders[name].value:.4g}")
 
     def _select(self, name: str, names: list[str] | dict[str, str]) -> None:
         value = getattr(self.scene, name)
@@ -251,7 +250,9 @@ class Page:
                 if not self.waiting and answer is not None:
                     await asyncio.sleep(0.2)
                     if not self.waiting:
-                        self._show_bars(await self._try(lambda scene=scene: self.bench.compared(scene)))  # type: ignore[misc]
+                        rows = await self._try(lambda scene=scene: self.bench.compared(scene))  # type: ignore[misc]
+                        if rows is not None:
+                            charts.draw(self.bars, charts.losses(rows))
                 if not self.waiting:
                     return
         finally:
@@ -292,10 +293,6 @@ class Page:
                 with ui.expansion(f"{len(rest)} more").classes("w-full"):
                     for note in rest:
                         _note(note)
-
-    def _show_bars(self, rows: list[tuple[str, float, float, float]] | None) -> None:
-        if rows is not None:
-            charts.draw(self.bars, charts.losses(rows))
 
     async def _draw_map(self) -> None:
         self.map_button.disable()

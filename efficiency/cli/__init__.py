@@ -23,7 +23,7 @@ try:
         PROGRAM,
         App,
         JsonOption,
-        print_json,
+        print_result,
         run,
     )
 except KeyboardInterrupt:  # Ctrl-C in the first second
@@ -82,11 +82,7 @@ def warmup(
     json_output: JsonOption = False,
 ) -> None:
     """Compile the solvers in advance."""
-    ready = efficiency.warmup(kind)
-    if json_output:
-        print_json(ready.to_dict())
-        return
-    ready.show()
+    print_result(efficiency.warmup(kind), json_output)
 
 
 def show_app(

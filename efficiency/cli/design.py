@@ -81,7 +81,7 @@ def settings(
         console.write_text(output, result.text)
         if sizing is not None:
             sizing.write_next_to(output)
-    console.print_json(result.to_dict()) if json_output else result.show()
+    console.print_result(result, json_output)
     if sizing is not None and not json_output:
         console.print_text(f"sized: {sizing}")
     if output is not None and not json_output:
@@ -193,7 +193,7 @@ def correct(
     result = efficiency.machine_corrections(design, grids, uncertainty, cast("Literal[1, 2]", order))
     if output is not None:
         console.write_text(output, result.text)
-    console.print_json(result.to_dict()) if json_output else result.show()
+    console.print_result(result, json_output)
     if output is not None and not json_output:
         print(f"corrected settings: {output}")
 

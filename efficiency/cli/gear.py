@@ -100,9 +100,9 @@ def gear(
             loaded.write_load(save_load, result)
         if uncertainty and result.status == "converged":
             result = result.with_inputs(result.uncertainty(solved=True))
-    drawing = pair.drawing() if json_output else None
-    more = {} if drawing is None else {"drawing": drawing.to_dict()}
-    shared.present(result, json_output, more, strength=strength, **files)
+    parts = {"drawing": pair.drawing(), "strength": result.strength if strength else None} if json_output else {}
+    more = {name: part.to_dict() for name, part in parts.items() if part is not None}
+    shared.present(result, json_output, more, **files)
 
 
 @shared.with_groups

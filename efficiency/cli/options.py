@@ -19,8 +19,7 @@ from ehl.common.console import (
     fail_unless_converged,
     given,
     names_of,
-    print_json,
-    print_text,
+    print_result,
     shipped_argument,
 )
 from ehl.common.console import DaskOption as DaskOption
@@ -182,12 +181,9 @@ def kept(what: str, store: Path, fresh: bool) -> str:
 def present_folder(result: Any, json_output: bool, folder: Path) -> None:
     """Print a result and write it into a folder; exit code 1 if it failed."""
     written = result.write(folder=folder)
-    if json_output:
-        print_json(result.to_dict())
-    else:
-        result.show()
-        for path in written:
-            print(path)
+    print_result(result, json_output)
+    for path in () if json_output else written:
+        print(path)
     fail_unless_converged(result.status, result.reason)
 
 
@@ -234,19 +230,12 @@ def unit_system(units: str | None) -> Any:
 
 def present(result: Any, json_output: bool, more: Mapping[str, Any] | None = None, **files: Any) -> None:
     """Print and write a result, with more content of the JSON; exit code 1 if it failed."""
-    contained = {"strength": True} if files.pop("strength", False) else {}
     options = {"units": unit_system(files.pop("units"))} if "units" in files else {}
-    citation = result.citation() if files.pop("cite", False) else None
+    cite = files.pop("cite", False)
     try:  # files first, as standard output may be closed; the result is shown even if a file cannot be written
         result.write(**files, **options)
     finally:
-        if json_output:
-            bibtex = {} if citation is None else {"bibtex": citation.bibtex}
-            print_json(result.to_dict(**contained) | dict(more or {}) | bibtex)
-        else:
-            result.show(**options)
-            if citation is not None:
-                print_text(f"\nReferences\n{citation}")
+        print_result(result, json_output, more, cite=cite, **options)
     fail_unless_converged(result.status, result.reason)
 
 

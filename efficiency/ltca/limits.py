@@ -10,7 +10,6 @@ import numpy as np
 from efficiency.contact.mesh_surface import EDGES
 from efficiency.ltca.edge_contact import EdgeSection
 from efficiency.ltca.load_distribution import LoadDistribution, TeethElasticity
-from efficiency.ltca.solid_tooth import SolidTooth
 from ehl.common.arrays import FloatArray
 from ehl.common.units import ARCSEC
 from ehl.line_contact import half_width_of_pressure
@@ -139,7 +138,7 @@ def flank_place(load: LoadDistribution, teeth: TeethElasticity, number: int, poi
     """Position of a point of a mesh position on the gear flank, as text."""
     position = load.cycle[number]
     face, height = float(position.face_gear[point]), float(position.height_gear[point])
-    width, depth = _extent(teeth.gear, face)
+    width, depth = teeth.gear.face_width, float(teeth.gear.whole_depth(face))
     return (
         f"{_side(face / width, 'toe', 'heel')}, {_side(height / depth, 'root', 'tip')} of the gear flank "
         f"({face * 1e3:.2f} of {width * 1e3:.2f} mm from the toe, {height * 1e3:.2f} of {depth * 1e3:.2f} mm above the "
@@ -195,11 +194,6 @@ def _edge_note(edges: EdgeLoad, load: LoadDistribution, teeth: TeethElasticity) 
 def edges_carry(edges: EdgeLoad, severe: bool) -> str:
     """Beginning of a note on edge load, whose kind is a warning if it is `severe` or at least `EDGE_LIMIT`."""
     return f"edges carry {'' if severe or edges.share >= EDGE_LIMIT else 'only '}{100.0 * edges.share:.2g} %"
-
-
-def _extent(tooth: SolidTooth, face: float) -> tuple[float, float]:
-    """Face width of a tooth, and its height at a distance from the toe [m]."""
-    return tooth.face_width, float(tooth.whole_depth(face))
 
 
 def _side(share: float, low: str, high: str) -> str:

@@ -1,6 +1,5 @@
 """Design and targets files of machine settings."""
 
-import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
@@ -13,14 +12,13 @@ from efficiency.cutting.cutter import FLANK_SIDES, FlankSide
 from efficiency.cutting.flank import CutFlank, index_start
 from efficiency.cutting.machine import MachineSettings, machine_table
 from efficiency.cutting.process import PROCESSES, CuttingProcess
-from efficiency.design.design import Design
 from efficiency.machine_settings.fit import FittedFlank
 from efficiency.machine_settings.generating import tilt_and_swivel
 from efficiency.machine_settings.inputs import FlankTarget, SettingsInput
 from ehl.common.files import toml_text
 from ehl.common.quantities import Quantity, quantities
 from ehl.common.units import ARCSEC, KELVIN
-from ehl.common.validation import validate, value_range_of
+from ehl.common.validation import value_range_of
 
 Value = str | float | int
 Table = dict[str, Value]
@@ -236,8 +234,3 @@ def _with_unit(model: type[BaseModel], key: str, value: float) -> Value:
     }.get(unit, (unit, 1.0, 0.0))
     number = float(f"{value * factor + shift:.10g}")
     return f"{number!r} {shown}" if unit else number
-
-
-def parse_design(text: str) -> Design:
-    """The design of a text."""
-    return validate(Design, tomllib.loads(text))

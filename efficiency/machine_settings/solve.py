@@ -1,5 +1,6 @@
 """Machine settings from targets: blank, gear settings, conjugate start, fit, design file."""
 
+import tomllib
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -33,7 +34,6 @@ from efficiency.machine_settings.design_file import (
     design_text,
     ease_off_table,
     header,
-    parse_design,
     written_flank,
 )
 from efficiency.machine_settings.fit import PARAMETERS, FitResult, FittedFlank, FreeSettings, fit, measure
@@ -49,6 +49,7 @@ from efficiency.machine_settings.settings_result import (
 )
 from ehl.common.errors import ConvergenceError
 from ehl.common.threads import one_thread
+from ehl.common.validation import validate
 
 _DRIVE: dict[FlankSide, Side] = {"concave": "drive", "convex": "coast"}
 _AMPLITUDE_TOLERANCE = 0.01
@@ -270,7 +271,7 @@ def _design(
             side: written_flank(fitted[side].flank, fitted[side].phase - middle - back[side]) for side in FLANK_SIDES
         }
     text = design_text(inputs, pair.blank, pinion, cut_flanks, header(inputs, fitted))
-    return text, parse_design(text)
+    return text, validate(Design, tomllib.loads(text))
 
 
 def _backlash_turns(pair: PairDimensions, fitted: dict[FlankSide, FittedFlank]) -> dict[FlankSide, float]:

@@ -417,6 +417,20 @@ def print_json(content: dict[str, Any]) -> None:
     print(json.dumps(content, allow_nan=False))
 
 
+def print_result(
+    result: Any, json_output: bool, more: Mapping[str, Any] | None = None, *, cite: bool | None = False, **options: Any
+) -> None:
+    """Print a result with `options` of its `show`, or as one JSON object with `more` content; `cite`: references."""
+    citation = result.citation() if cite else None
+    if json_output:
+        bibtex = {} if citation is None else {"bibtex": citation.bibtex}
+        print_json(result.to_dict() | dict(more or {}) | bibtex)
+        return
+    result.show(**options)
+    if citation is not None:
+        print_text(f"\nReferences\n{citation}")
+
+
 def fail_unless_converged(status: str, reason: str) -> None:
     """Exit code 1 with the reason on standard error if a result is not converged."""
     if status != "converged":

@@ -87,13 +87,13 @@ def why_not_identifiable(
         return f"the friction of these rows hardly depends on it; 95 % interval if the others are known: factor {width}"
     if interval is not None and math.isfinite(interval.low) != math.isfinite(interval.high):
         least = math.isfinite(interval.low)
-        end = quantity(parameter.name).text(math.exp(interval.low if least else interval.high), 3)
+        end = quantity(name).text(math.exp(interval.low if least else interval.high), 3)
         return f"the data give only {'a lower' if least else 'an upper'} limit of {end} (95 %)"
     if found.main_share[j] > ALONE:
         return f"row {found.main_row[j] + 1} below the header is the only one with information on it"
     if name in fit.pinned:
         bound = parameter.low if fit.values[name] < math.sqrt(parameter.low * parameter.high) else parameter.high
-        shown = quantity(parameter.name).text(bound, 3)
+        shown = quantity(name).text(bound, 3)
         return f"the fit is at the end of its range, {shown}: the data give no limit on that side"
     others = [k for k in range(len(fit.names)) if k != j]
     if others:

@@ -5,9 +5,9 @@ Parameters of a calibration: meaning, bounds, and the oil card with new values.
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, NamedTuple, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
@@ -28,27 +28,22 @@ RISE_BETWEEN = (0.5e9, 3.5e9)
 START_PRESSURE = 1e9  # pressure at which a stress law gives the start value of a constant stress [Pa]
 
 
-@dataclass(frozen=True)
-class CalibrationParameter:
-    """One parameter, which is positive and fitted in its logarithm."""
+class Bounds(NamedTuple):
+    """Bounds of a parameter, which is positive and fitted in its logarithm, SI."""
 
-    name: str  # of docs/nomenclature.md
-    meaning: str  # for users
-    # bounds, SI
     low: float
     high: float
 
 
-_ALL = (
-    CalibrationParameter("eyring_stress", "Eyring stress tau0, the same at all pressures", 2e5, 1e8),
-    CalibrationParameter("stress_low", "lower level of the rising Eyring stress", 1e5, 1e8),
-    CalibrationParameter("stress_slope", "slope of the rising Eyring stress with pressure", 1e-3, 0.3),
-    CalibrationParameter("limiting_shear_coefficient", "limiting stress over pressure", 5e-3, 0.3),
-    CalibrationParameter("pressure_viscosity", "pressure-viscosity coefficient", 3e-9, 4.5e-8),
-    CalibrationParameter("boundary_film", "boundary film of the asperities", 5e-9, 1e-7),
-    CalibrationParameter("boundary_friction", "friction of asperity contacts mu_b", 0.01, 0.5),
-)
-PARAMETERS: dict[str, CalibrationParameter] = {parameter.name: parameter for parameter in _ALL}
+PARAMETERS = {
+    "eyring_stress": Bounds(2e5, 1e8),  # the same at all pressures
+    "stress_low": Bounds(1e5, 1e8),  # lower level of the rising Eyring stress
+    "stress_slope": Bounds(1e-3, 0.3),  # of the rising Eyring stress with pressure
+    "limiting_shear_coefficient": Bounds(5e-3, 0.3),
+    "pressure_viscosity": Bounds(3e-9, 4.5e-8),
+    "boundary_film": Bounds(5e-9, 1e-7),
+    "boundary_friction": Bounds(0.01, 0.5),
+}
 RISING = ("stress_low", "stress_slope")
 EXCLUSIVE = {"eyring_stress": RISING}
 

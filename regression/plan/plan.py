@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -257,7 +257,8 @@ class Plan(InputModel, Reportable):
             for end in (0, -1):
                 ends = {name: axis.values[end] for name, axis in self.axes.items()}
                 for row in range(rows if end == 0 else 1):
-                    self.case({**ends, **self._row(row)}, oil=self._row_oil(row) or oil)
+                    values = {name: float(column[row]) for name, column in self.columns.items()}
+                    self.case({**ends, **values}, oil=self._oils_of([row], oil)[0])
         if self.count > MAX_CASES:
             raise InputError("variables", f"{self.count} cases", f"at most {MAX_CASES} cases")
         if self.count == 0:
@@ -399,11 +400,9 @@ class Plan(InputModel, Reportable):
         else:
             yield filtered("lattice", {}, np.arange(1), accept)
 
-    def _oils_of(self, number: IntArray, oil: str | None) -> list[str | None]:
-        """Oil card of each point of a block."""
-        if "oil" in self.table:
-            return [str(self.table["oil"][row]) for row in number]
-        return [oil] * number.size
+    def _oils_of(self, rows: Iterable[int], oil: str | None) -> list[str | None]:
+        """Oil card of each point: that of its row of the table, otherwise `oil`."""
+        return [str(self.table["oil"][row]) if "oil" in self.table else oil for row in rows]
 
     def _roughness_seeds(self, number: IntArray) -> IntArray:
         """Seeds of the roughness profiles of points, all realisations."""
@@ -456,12 +455,8 @@ class Plan(InputModel, Reportable):
             "temperature_oil": np.full(size, temperature),
             "roughness_rms_1": np.zeros(size),
             "roughness_rms_2": np.zeros(size),
-            **columns,
+            **_expanded(columns),
         }
-        if "lengthwise_to_roll" in table:
-            table["speed_sliding_lengthwise"] = table.pop("lengthwise_to_roll") * table["speed_entrainment"]
-        if "roughness_rms" in table:
-            table["roughness_rms_1"] = table["roughness_rms_2"] = table.pop("roughness_rms") / 2.0**0.5
         if "correlation_length" in self.surface.model_fields_set:
             table["correlation_length"] = np.full(size, self.surface.correlation_length)
         elif "correlation_length" not in table:
@@ -592,12 +587,6 @@ class Plan(InputModel, Reportable):
         points = self.points
         return self.case(points.values(index), oil=points.oils[index], seed=int(points.seed[index]))
 
-    def _row(self, row: int) -> dict[str, float]:
-        return {name: float(column[row]) for name, column in self.columns.items()}
-
-    def _row_oil(self, row: int) -> str | None:
-        return str(self.table["oil"][row]) if "oil" in self.table else None
-
     def case(self, values: Mapping[str, float], *, oil: str | None = None, seed: int | None = None) -> Contact:
         """The contact at one point.
 
@@ -615,19 +604,12 @@ class Plan(InputModel, Reportable):
         InputError
             A constant value of the plan is invalid in a case.
         """
-        v = dict(values)
-        along = v.pop("lengthwise_to_roll", None)
-        if along is not None:
-            v["speed_sliding_lengthwise"] = along * v["speed_entrainment"]
-        composite = v.pop("roughness_rms", None)
-        if composite is not None:
-            v["roughness_rms_1"] = v["roughness_rms_2"] = composite / 2.0**0.5
         tables: dict[str, dict[str, Any]] = {
             "contact": {},
             "lubricant": {**self.lubricant, **({} if oil is None else {"oil": oil})},
             "surface": self.surface.model_dump(exclude_unset=True) | ({} if seed is None else {"seed": seed}),
         }
-        for name, value in v.items():
+        for name, value in _expanded(values).items():
             tables[TABLE_OF[name]][name] = value
         if self.effective_modulus is not None:
             tables["contact"]["effective_modulus"] = self.effective_modulus
@@ -643,6 +625,16 @@ TABLE_OF = {
     ),
     "boundary_friction": "surface",
 }
+
+
+def _expanded(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Values with lengthwise sliding and Rq of both surfaces instead of the ratio and the composite Rq."""
+    found = dict(values)
+    if "lengthwise_to_roll" in found:
+        found["speed_sliding_lengthwise"] = found.pop("lengthwise_to_roll") * found["speed_entrainment"]
+    if "roughness_rms" in found:
+        found["roughness_rms_1"] = found["roughness_rms_2"] = found.pop("roughness_rms") / 2.0**0.5
+    return found
 
 
 def _apply(content: dict[str, Any], change: str) -> None:
