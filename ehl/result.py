@@ -86,7 +86,8 @@ class ContactResult(Reportable):
     rolling_traction : float
         Traction of the pressure gradient over w' [-], not part of the friction.
     temperature_film_max, temperature_flash : float
-        Largest film temperature and largest surface temperature [K]; the inlet temperature without heat balance.
+        Largest temperature of the film (at which it has its effective viscosity) and of a surface [K]; the inlet
+        temperature without heat balance.
     film_error, friction_error : float
         Relative error estimates [-] of discretisation, time mean (90 % interval), neglected effects, unresolved
         roughness, and the limits of the model in the notes.

@@ -1,10 +1,13 @@
 """Thermal traction of a lubricated line contact: friction, film and surface temperatures at given p and h."""
 
+from __future__ import annotations
+
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
+from numpy.polynomial import Polynomial
 from scipy.linalg.lapack import dgesv, dgetrs
 
 from ehl.common.arrays import FloatArray
@@ -24,7 +27,7 @@ class ThermalTraction:
     reason: str  # empty, "no_thermal_balance" or "not_finite"
     x: FloatArray  # [m]; shape (n,)
     shear_stress: FloatArray  # along the sliding vector [Pa]
-    temperature_film: FloatArray  # mid-layer of the film [K]
+    temperature_film: FloatArray  # at which the film has its effective viscosity [K]
     # surface temperatures, bulk plus rise [K]
     temperature_flash_1: FloatArray
     temperature_flash_2: FloatArray
@@ -104,7 +107,7 @@ class FilmTemperature:
     pressure: FloatArray
     film: FloatArray
     stress: FloatArray  # shear stress [Pa]
-    temperature: FloatArray  # mid-layer of the film [K]
+    temperature: FloatArray  # at which the film has its effective viscosity [K]
     walls: FloatArray  # mean surface temperature [K]
     log_viscosity_offset: FloatArray  # as in `ThermalTraction`
     rolling_heat: FloatArray  # heat of the pressure-driven flow [W/m2]
@@ -112,6 +115,56 @@ class FilmTemperature:
     conducted: Conducted
     iterations: int
     converged: bool
+
+
+_RISE = [Polynomial(of) for of in (_kernels.RISE_ABOVE, _kernels.RISE_BELOW)]
+_RISE_SLOPES = [of.deriv() for of in _RISE]
+
+
+def effective_rise(even: FloatArray, decay: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Rise of the temperature at which the film has its effective viscosity, over the even rise, and its derivative.
+
+    even: rise of mid-film above the surfaces if heat is freed evenly across it, r = q h/(8 k) [K].
+    decay: beta = -d ln(eta)/dT [1/K].
+    Returns: `ehl.heat._kernels.rise_share` of beta r; derivative of its product with r by r [-].
+    """
+    s = np.maximum(decay * even, 0.0)
+    above, below = (of(s) for of in _RISE)
+    by_above, by_below = (of(s) for of in _RISE_SLOPES)
+    share = above / below
+    return share, share + s * (by_above - share * by_below) / below
+
+
+@dataclass(frozen=True)
+class HeatedFilm:
+    """Temperature and viscosity of a film; arrays on its nodes."""
+
+    pressure: FloatArray  # [Pa]
+    lubricant: Lubricant
+    temperature: FloatArray  # [K]
+    log_viscosity: FloatArray  # ln(eta)
+    decay: FloatArray  # -d ln(eta)/dT [1/K]
+    # derivative of the rise by the even rise at one decay, and what is left of a change of temperature as decay falls
+    growth: FloatArray
+    followed: FloatArray
+
+    @classmethod
+    def at(cls, pressure: FloatArray, lubricant: Lubricant, temperature: FloatArray) -> HeatedFilm:
+        """The film at a temperature, with the rise of a film heated evenly."""
+        decay = -np.asarray(lubricant.dlog_viscosity_dtemperature(pressure, temperature))
+        known, one = lubricant.log_viscosity(pressure, temperature), np.ones_like(temperature)
+        return cls(pressure, lubricant, temperature, known, decay, one, one)
+
+    def warmed(self, wall: FloatArray, even: FloatArray) -> HeatedFilm:
+        """The film at given surface temperature and even rise: one step of Newton's method from this temperature.
+
+        The decay is taken to fall as that of a hyperbola with the pole of `ehl.heat._kernels.film_stress`.
+        """
+        share, growth = effective_rise(even, self.decay)
+        reach = np.maximum(self.temperature - _kernels.VISCOSITY_POLE, 50.0)
+        followed = 1.0 / (1.0 + 2.0 * even * (growth - share) / reach)
+        temperature = self.temperature + followed * (wall + even * share - self.temperature)
+        return replace(HeatedFilm.at(self.pressure, self.lubricant, temperature), growth=growth, followed=followed)
 
 
 def film_temperature(
@@ -129,9 +182,10 @@ def film_temperature(
 ) -> FilmTemperature:
     """Shear stress, film and surface temperatures of a steady contact whose pressure and film are given.
 
-    At each node tau = tau(p, h, T_film), T_film = (T1 + T2)/2 + tau |v_s| h/(8 k_f), with the surface temperatures
-    T_i = bulk + conduction of q_i and the heat divided by the conductance of the film. The nonlocal balance is solved
-    by one Newton iteration in ln tau, as a lagged temperature oscillates at high load and sliding.
+    At each node tau = tau(p, h, T_film), T_film = (T1 + T2)/2 + `effective_rise` of tau |v_s| h/(8 k_f), with the
+    surface temperatures T_i = bulk + conduction of q_i and the heat divided by the conductance of the film. The
+    nonlocal balance is solved by one Newton iteration in ln tau, as a lagged temperature oscillates at high load and
+    sliding.
 
     pressure, film (n,): fluid pressure [Pa] and film thickness [m]; there is no heat where the pressure is zero.
     contact: speeds and load.
@@ -148,11 +202,6 @@ def film_temperature(
     conducted = _conducted(pressure, film, lubricant, bulk, matrices)
     walls, resistance = conducted.walls, conducted.resistance
 
-    def law_at(wall: FloatArray, rise: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Film temperature and ln(eta) for given surface temperature and mid-layer rise."""
-        temperature = wall + rise
-        return temperature, lubricant.log_viscosity(pressure, temperature)
-
     stress, wall = guess or (np.zeros_like(film), np.full_like(film, walls.mean))
     if not (stress[wet] > 0.0).all():
         stress = np.where(stress > 0.0, stress, _stress(pressure, film, wall, lubricant, speed))
@@ -160,21 +209,24 @@ def film_temperature(
     # bounds the temperature rise of an isothermal initial guess, which may be arbitrarily large
     alone = conducted.weights * (walls.matrix_1.diagonal() + walls.matrix_2.diagonal()) + resistance
     stress = np.minimum(stress, _MAX_RISE / np.maximum(speed * alone, 1e-300))
-    rise, law = speed * resistance * stress, lubricant.shear_law
+    even, law = speed * resistance * stress, lubricant.shear_law
     cut = law.limit_slope if law.limited and law.limit == "cut" else math.inf
     nodes = np.empty((_kernels.ROWS, film.size))
-    nodes[_kernels.PRESSURE], nodes[_kernels.RESISTANCE], nodes[_kernels.SOURCE] = pressure, resistance, rolling
+    nodes[_kernels.PRESSURE], nodes[_kernels.SOURCE] = pressure, rolling
     nodes[_kernels.LOG_RATE] = math.log(max(speed, 1e-300)) - np.log(film)
     nodes[_kernels.RAISED] = 0.5 * resistance * rolling
     model = Film(nodes, speed, law.numbers(1.0, 1.0, 1.0), law.limit_ambient, cut)
     log_stress = np.log(np.maximum(stress, 1e-130))
     start = log_stress.copy()
     next_wall, log_eta, into_1 = np.empty_like(film), np.empty_like(film), np.empty_like(film)
-    here, iterations, missed, converged = law_at(wall, rise), 0, math.inf, False
+    layer = HeatedFilm.at(pressure, lubricant, wall + even).warmed(wall, even)
+    iterations, missed, converged = 0, math.inf, False
     while not converged and iterations < max_iterations:
         # ln(eta) linearised at the current temperatures; its error is evaluated at the new ones below
-        nodes[_kernels.WALL], nodes[_kernels.RISE], nodes[_kernels.LOG_ETA] = wall, rise, here[1]
-        nodes[_kernels.BY_TEMPERATURE] = lubricant.dlog_viscosity_dtemperature(pressure, here[0])
+        nodes[_kernels.WALL], nodes[_kernels.TEMPERATURE] = wall, layer.temperature
+        nodes[_kernels.LOG_ETA], nodes[_kernels.BY_TEMPERATURE] = layer.log_viscosity, -layer.decay
+        nodes[_kernels.RESISTANCE], nodes[_kernels.TANGENT] = layer.growth * resistance, layer.growth * even
+        nodes[_kernels.FOLLOWED] = layer.followed
         most = max_iterations - iterations if exact else min(max_iterations - iterations, _PATIENCE)
         done, matrices_used = _kernels.heat_balance(
             walls, model, conducted.weights, surface, log_stress, tolerance, most, next_wall, log_eta, into_1
@@ -186,15 +238,15 @@ def film_temperature(
             surface, exact, log_stress = conducted.exact(), True, start.copy()
             continue
         stress = np.exp(log_stress)
-        next_rise = speed * resistance * stress
-        here = law_at(next_wall, next_rise)
-        before, missed = missed, float(np.max(np.abs(here[1] - log_eta), where=wet, initial=0.0))
+        next_even = speed * resistance * stress
+        layer = layer.warmed(next_wall, next_even)
+        before, missed = missed, float(np.max(np.abs(layer.log_viscosity - log_eta), where=wet, initial=0.0))
         converged = missed < tolerance
         share = 1.0 if converged or missed < 0.9 * before else 0.5
-        wall, rise = wall + share * (next_wall - wall), rise + share * (next_rise - rise)
+        wall, even = wall + share * (next_wall - wall), even + share * (next_even - even)
         if share < 1.0:
-            here = law_at(wall, rise)
-    temperature, known = here
+            layer = layer.warmed(wall, even)
+    temperature, known = layer.temperature, layer.log_viscosity
     change = known - math.log(lubricant.viscosity_inlet) - lubricant.log_viscosity_ratio(pressure)
     return FilmTemperature(
         pressure, film, np.where(wet & (speed > 0.0), stress, 0.0), temperature, wall, change,
@@ -205,7 +257,7 @@ def film_temperature(
 def traction_of(
     found: FilmTemperature, x: FloatArray, contact: LineContact, lubricant: Lubricant, bodies: tuple[Material, Material]
 ) -> ThermalTraction:
-    """Friction and surface temperatures of a film in balance."""
+    """Friction and surface temperatures of a film in layer."""
     speed, load = contact.speed_sliding, contact.load_per_length
     pressure, film, temperature, bulk = found.pressure, found.film, found.temperature, found.bulk
     conducted, rolling = found.conducted, found.rolling_heat

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ehl.common.arrays import FloatArray
+from ehl.heat._kernels import RISE_ABOVE
 from ehl.rough._kernels.fluid import temperature_place
 from ehl.rough._kernels.heat import preheat
 from ehl.rough._kernels.march import COLUMNS, march
@@ -105,6 +106,7 @@ class TransientRun:
             mass=mass,
             mass_old=mass.copy(),
             temperature=np.full(n, model.fluid.temperature + 0.5 * (model.heat.bulk_1 + model.heat.bulk_2)),
+            rise_share=np.full(n, RISE_ABOVE[0]),
             surface_temperature=np.zeros((2, n)),
             flux_into=np.zeros((2, n)),
             memory=np.zeros((2, modes, n + 3)),
@@ -176,7 +178,7 @@ class TransientRun:
             target[:] = np.interp(x, x_other, source)
 
         ratio = other.problem.units.film / self.problem.units.film
-        for name in ("fluid_pressure", "contact_pressure", "mean_pressure", "temperature"):
+        for name in ("fluid_pressure", "contact_pressure", "mean_pressure", "temperature", "rise_share"):
             take(getattr(self.state, name), getattr(other.state, name))
         for name in ("film", "mass"):
             take(getattr(self.state, name), ratio * getattr(other.state, name))

@@ -51,7 +51,7 @@ class Profiles:
     pressure_asperity: FloatArray
     pressure_macroscopic: FloatArray  # P of the side flow [Pa]; zero when sealed
     film: FloatArray  # gap [m]
-    temperature_film: FloatArray  # mid-layer [K]
+    temperature_film: FloatArray  # at which the film has its effective viscosity [K]
     temperature_surface: FloatArray  # warmer surface [K]
 
 

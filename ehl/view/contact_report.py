@@ -110,7 +110,7 @@ def _mean_film(axes: Axes, smooth: SteadyResult, run: TransientResult, b: float)
 
 def _temperatures(axes: Axes, x: FloatArray, film: FloatArray, surfaces: Mapping[str, FloatArray]) -> None:
     """Temperatures of the film and of named surfaces over x/b."""
-    axes.plot(x, to_display("temperature", film), color=ORANGE, label="film, mid-layer")
+    axes.plot(x, to_display("temperature", film), color=ORANGE, label="film")
     for dash, (name, temperature) in zip(("-", "--"), surfaces.items(), strict=False):
         axes.plot(x, to_display("temperature", temperature), color=BLUE, ls=dash, label=name)
     axes.set(ylabel=axis_label("temperature"))

@@ -43,6 +43,11 @@ def conducts_like_the_transient_solver(monkeypatch: Any) -> None:
     monkeypatch.setattr(ehl.smooth.hot_film, "surface_matrices", material_point_matrices)
 
 
+def at_mid_film(monkeypatch: Any) -> None:
+    """Let the steady heat balance take the viscosity at mid-film of a parabola, as earlier programs did."""
+    monkeypatch.setattr(ehl.heat.traction, "effective_rise", lambda even, decay: (np.ones_like(even),) * 2)
+
+
 def without_flow_heat(monkeypatch: Any) -> None:
     """Let the steady heat balance leave out the heat of the pressure-driven flow."""
     monkeypatch.setattr(ehl.smooth.hot_film, "flow_heat", lambda x, *others: np.zeros_like(x))

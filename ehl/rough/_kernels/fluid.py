@@ -248,8 +248,8 @@ def isothermal_shear_row(film, p, boundary, fluid, tau):
 
 
 @njit(**FAST_INTERNAL_KERNEL)
-def heated_shear_row(place, rate, scale, p, fluid, temperature, tau, slope):
-    """Shear stress at given film temperatures and its derivative by them."""
+def heated_shear_row(place, rate, scale, p, fluid, temperature, tau, slope, decay):
+    """Shear stress at given film temperatures, its derivative by them and -d ln(eta)/dT."""
     n = p.size
     table = fluid.table
     sheet = table.sheet
@@ -277,6 +277,7 @@ def heated_shear_row(place, rate, scale, p, fluid, temperature, tau, slope):
         c3 = a[12] + one * a[13] + two * a[14] + three * a[15]
         tau[i] = c0 + t * (c1 + t * (c2 + t * c3))
         slope[i] *= c1 + t * (2.0 * c2 + 3.0 * t * c3)
+        decay[i] = -slope[i]
     for i in range(n):
         tau[i] = min(tau[i], LOG_VISCOSITY_MAX) + rate[i]
     if not fluid.short:
@@ -356,7 +357,15 @@ def balanced_shear_row(rows, film, p, boundary, fluid, temperature, tau):
         # slices, not a range of indices: those could be negative to the compiler, and nothing would vectorise
         at = slice(first, last)
         heated_shear_row(
-            rows.place[at], rows.rate[at], rows.scale[at], p[at], fluid, temperature[at], tau[at], rows.slope[at]
+            rows.place[at],
+            rows.rate[at],
+            rows.scale[at],
+            p[at],
+            fluid,
+            temperature[at],
+            tau[at],
+            rows.slope[at],
+            rows.decay[at],
         )
         balance_turn(
             base[at],

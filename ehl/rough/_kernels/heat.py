@@ -10,6 +10,7 @@ from __future__ import annotations
 from numba import njit
 
 from ehl.compile.compiler import FAST_INTERNAL_KERNEL, FAST_KERNEL, kernel
+from ehl.heat._kernels import rise_share
 from ehl.rough._kernels.fluid import balanced_shear_row, isothermal_shear_row, temperature_place
 from ehl.rough._kernels.vectors import log
 
@@ -103,9 +104,9 @@ def instant_rise(model, s):
 def shear_and_temperature(state, work, model):
     """Film shear stress everywhere; with heat on also film temperature, surface temperatures and fluxes.
 
-    Partition by the conductance k_f/h of the film: q1 = q/2 + (k_f/h)(T2 - T1).  The mid-layer is warmer than the
-    mean of the surfaces by tau u_s h/(8 k_f) (parabolic profile), and by q h/(16 k_f) through the heat q of the
-    pressure-driven flow, which is freed near the walls.
+    Partition by the conductance k_f/h of the film: q1 = q/2 + (k_f/h)(T2 - T1).  The film is warmer than the mean of
+    the surfaces by tau u_s h/(8 k_f) times the `rise_share` of the last step, which changes slowly, and by q h/(16 k_f)
+    through the heat q of the pressure-driven flow, which is freed near the walls.
     """
     heat = model.heat
     fluid = model.fluid
@@ -143,8 +144,12 @@ def shear_and_temperature(state, work, model):
     for i in range(n):
         base[i] += 0.0625 * heat.rolling[i] / conductance[i] if conductance[i] > 0.0 else 0.0
     for i in range(n):
-        resistance[i] = (resistance[i] + 0.125 / conductance[i]) * power if p[i] > 0.0 else 0.0
+        film_part = state.rise_share[i] * 0.125 / conductance[i]
+        resistance[i] = (resistance[i] + film_part) * power if p[i] > 0.0 else 0.0
     balanced_shear_row(rows, film, p, contact.boundary, fluid, state.temperature, state.shear)
+    for i in range(n):
+        warmed = rows.decay[i] * (0.125 / conductance[i]) * power * state.shear[i] if p[i] > 0.0 else 0.0
+        state.rise_share[i] = rise_share(warmed)
     share_heat(state, rows, power, a1, a2)
 
 

@@ -134,7 +134,8 @@ class State(NamedTuple):
     film: np.ndarray
     mass: np.ndarray  # rho h, or the carried mass where the gap is not full
     mass_old: np.ndarray
-    temperature: np.ndarray  # film mid-layer [K]
+    temperature: np.ndarray  # at which the film has its effective viscosity [K]
+    rise_share: np.ndarray  # of its rise above the surfaces in that of mid-film under even heat
     surface_temperature: np.ndarray  # (2, n) rise [K]
     flux_into: np.ndarray  # (2, n) heat flux into the surfaces [W/m2]
     memory: np.ndarray  # (2, modes, n + 3) thermal memory on surface-fixed grids
@@ -214,6 +215,7 @@ class HeatRows(NamedTuple):
     rate: np.ndarray  # ln of the scaled shear rate
     scale: np.ndarray  # tau0 over the reference stress
     slope: np.ndarray  # d tau/dT
+    decay: np.ndarray  # -d ln(eta)/dT [1/K]
     low: np.ndarray  # bracket of the film temperature
     high: np.ndarray
     left: np.ndarray  # what the balance is still off by [K]

@@ -21,7 +21,7 @@ from ehl.heat.estimate import (
     murch_wilson_1975,
     thermal_loading,
 )
-from ehl.heat.traction import flux_to_surface_1
+from ehl.heat.traction import effective_rise, flux_to_surface_1
 from ehl.line_contact import LineContact, moes_1992, wilson_gupta_1992
 from ehl.material import Material
 
@@ -102,7 +102,9 @@ def test_film_balance_against_a_scalar_root_finder(law, rheology):
             stress = eta * line.speed_sliding / FILM
             if rheology == "eyring":
                 stress = lubricant.eyring_stress * math.asinh(stress / lubricant.eyring_stress)
-            return temperature - 373.15 - stress * line.speed_sliding * FILM / (8.0 * k_film[i])
+            even = stress * line.speed_sliding * FILM / (8.0 * k_film[i])
+            decay = -lubricant.dlog_viscosity_dtemperature(np.array([p]), np.array([temperature]))
+            return temperature - 373.15 - even * effective_rise(np.array([even]), decay)[0][0]
 
         root = optimize.brentq(excess, 373.15, 3000.0, xtol=1e-9)
         assert result.temperature_film[i] == pytest.approx(root, abs=1e-2)
@@ -110,8 +112,7 @@ def test_film_balance_against_a_scalar_root_finder(law, rheology):
 
 def test_film_temperature_against_the_exact_couette_flow():
     # exponential viscosity between walls at one temperature: tau h/(eta0 v) = asinh(s)/(s sqrt(1 + s^2)) with
-    # s^2 = beta eta0 v^2/(8 k), exact. The parabolic profile is 9 % low near s = 1 and 4 % high at s = 5; beyond, the
-    # shear gathers in the hot middle and the parabola overrates the stress (13 % at s = 10).
+    # s^2 = beta eta0 v^2/(8 k), exact
     body = STEEL.model_copy(update={"thermal_conductivity": 1e12})
     line = contact(speed_entrainment=10.0, slide_to_roll=1.0)
     lubricant = oil(viscosity_law="barus", rheology="newtonian", film_conductivity=FilmConductivity(c1=0.0, c2=0.0))
@@ -120,11 +121,20 @@ def test_film_temperature_against_the_exact_couette_flow():
     eta = np.exp(lubricant.log_viscosity(pressure, np.full_like(pressure, 373.15)))
     s = np.sqrt(0.04 * eta * line.speed_sliding**2 / (8.0 * 0.14))[1:-1]
     exact = np.arcsinh(s) / (s * np.sqrt(1.0 + s**2))
-    ratio = (result.shear_stress * FILM / (eta * line.speed_sliding))[1:-1] / exact
-    usual = s < 5.0
-    assert np.count_nonzero(usual) > 10
-    assert 0.90 < ratio[usual].min() < ratio[usual].max() < 1.05
-    assert np.interp(10.0, s[: len(s) // 2], ratio[: len(s) // 2]) == pytest.approx(1.13, abs=0.02)
+    assert np.count_nonzero(s > 10.0) > 10
+    assert_allclose((result.shear_stress * FILM / (eta * line.speed_sliding))[1:-1], exact, rtol=0.02)
+
+
+def test_effective_rise_against_its_closed_form() -> None:
+    a = np.geomspace(1e-3, 30.0, 200)
+    even = a * np.tanh(a) / 0.04  # beta = 0.04 1/K
+    share, growth = effective_rise(even, np.full_like(a, 0.04))
+    closed = 2.0 * a + np.log1p(-np.exp(-4.0 * a)) - np.log(4.0 * a)  # ln(sinh 2a/(2a))
+    assert_allclose(share, closed / (0.04 * even), rtol=2.5e-3)
+    steps = [effective_rise(even * (1.0 + e), np.full_like(a, 0.04))[0] * even * (1.0 + e) for e in (-1e-6, 1e-6)]
+    assert_allclose(growth, (steps[1] - steps[0]) / (2e-6 * even), rtol=1e-6)
+    cooling, _ = effective_rise(even, np.full_like(a, -0.04))  # a viscosity that increases with temperature
+    assert_allclose(cooling, 2.0 / 3.0)
 
 
 def lagged(line: LineContact, lubricant: Lubricant, rounds: int) -> list[float]:
@@ -136,7 +146,9 @@ def lagged(line: LineContact, lubricant: Lubricant, rounds: int) -> list[float]:
         eta = np.exp(lubricant.log_viscosity(pressure, temperature))
         stress = lubricant.eyring_stress * np.arcsinh(eta * line.speed_sliding / (lubricant.eyring_stress * FILM))
         history.append(float(np.trapezoid(stress, UNIT)) * line.half_width / line.load_per_length)
-        temperature = lubricant.temperature + stress * line.speed_sliding * FILM / (8.0 * k_film)
+        even = stress * line.speed_sliding * FILM / (8.0 * k_film)
+        share, _ = effective_rise(even, -lubricant.dlog_viscosity_dtemperature(pressure, temperature))
+        temperature = lubricant.temperature + even * share
     return history
 
 
@@ -150,7 +162,7 @@ def test_lagged_temperature_agrees_where_it_settles_and_oscillates_where_the_imp
     assert abs(swinging[-1] - swinging[-2]) > 0.3 * swinging[-1]
     implicit = solve(hard, oil(), (body, body))
     assert implicit.status == "converged"
-    assert implicit.iterations < 12
+    assert implicit.iterations < 20
 
 
 def test_sign_of_sliding_mirrors_the_bodies():

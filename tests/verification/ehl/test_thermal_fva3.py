@@ -1,13 +1,15 @@
 """Thermal friction of the FVA3 card against an independent estimate of ours (quasi-one-dimensional, other code).
 
 That estimate takes the Hertz pressure, the film of a formula with the Zhu-Cheng inlet factor, equal-temperature
-division of the heat and k = 0.14 (1 + 0.8 p/GPa) W/(m K); here film and temperature are solved together.
+division of the heat, the viscosity at mid-film of a parabola and k = 0.14 (1 + 0.8 p/GPa) W/(m K); here film and
+temperature are solved together.
 """
 
 from dataclasses import replace
 
 import pytest
 from contacts import line_contact
+from twins.material_points import at_mid_film
 
 from ehl.fluid.lubricant import FilmConductivity
 from ehl.fluid.oil import Oil
@@ -29,7 +31,8 @@ ESTIMATE = [
 
 
 @pytest.mark.parametrize(("pressure", "speed", "slide", "ratio", "friction"), ESTIMATE)
-def test_isothermal_over_thermal_friction(pressure, speed, slide, ratio, friction):
+def test_isothermal_over_thermal_friction(monkeypatch, pressure, speed, slide, ratio, friction):
+    at_mid_film(monkeypatch)
     contact = line_contact(
         radius_equivalent=10e-3,
         effective_modulus=226e9,
