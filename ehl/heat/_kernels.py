@@ -195,13 +195,11 @@ def conduct(matrix_1, matrix_2, conductance, factors, pivots, weights):
 
 
 # of a film at its nodes: ln(|v_s|/h), derivative of the film's rise by its heat, heat that is not of shear and what it
-# adds to the film temperature (surfaces apart); surface temperature and film temperature at which ln(eta) and its slope
-# in temperature are known, the heat there times the derivative, and by how much the film temperature follows a change
-# of both as beta falls
-PRESSURE, LOG_RATE, RESISTANCE, SOURCE, RAISED, WALL, TEMPERATURE, TANGENT, FOLLOWED, LOG_ETA, BY_TEMPERATURE = range(
-    11
-)
-ROWS = 11
+# adds to the film temperature (surfaces apart); surface temperature, heat times that derivative and film temperature at
+# which ln(eta) and its slope in temperature are known, and by how much the film temperature follows a change of the
+# first two as that slope changes
+PRESSURE, LOG_RATE, RESISTANCE, SOURCE, RAISED, WALL, TANGENT, TEMPERATURE = range(8)
+LOG_ETA, BY_TEMPERATURE, FOLLOWED, ROWS = range(8, 12)
 
 
 class Film(NamedTuple):
@@ -279,11 +277,11 @@ def heat_balance(walls, film, weights, surface, log_stress, tolerance, most, wal
         new_norm = 0.0
         for i in range(n):
             wall[i] += nodes[RAISED, i]
-            rise = nodes[RESISTANCE, i] * film.speed * stress[i]
             new_value[i] = 0.0
             if nodes[PRESSURE, i] > 0.0:
-                change = nodes[FOLLOWED, i] * (wall[i] - nodes[WALL, i] + (rise - nodes[TANGENT, i]))
-                law, new_slope[i], log_eta[i] = film_stress(film, i, change)
+                rise = nodes[RESISTANCE, i] * film.speed * stress[i]
+                change = wall[i] - nodes[WALL, i] + (rise - nodes[TANGENT, i])
+                law, new_slope[i], log_eta[i] = film_stress(film, i, nodes[FOLLOWED, i] * change)
                 new_slope[i] *= nodes[FOLLOWED, i]
                 new_value[i] = trial[i] - law
                 # not finite counts as infinite

