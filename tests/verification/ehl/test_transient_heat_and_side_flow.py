@@ -127,7 +127,7 @@ def test_heat_lowers_friction_at_sliding_as_the_study_found() -> None:
     warm = solve_transient(line, oil, nodes=240, thermal=True, materials=(annealed, annealed))
     assert cold.friction_coefficient == pytest.approx(0.0334, rel=0.02)
     assert 0.92 * 0.0076 < warm.friction_coefficient < 1.03 * 0.0076
-    assert warm.temperature_film_max > warm.temperature_flash > oil.temperature + 30.0
+    assert warm.temperature_film_max > warm.temperature_flash > oil.temperature + 25.0
     assert warm.film_mean < cold.film_mean
 
 
