@@ -180,9 +180,7 @@ TIMED = {
         lambda results: max(result.friction_error for result in results),
     ),
     "formula": Timed(
-        f"formula 75w90 at {POINTS} points; half the stated interval over mu",
-        lambda: points_of("75w90"),
-        half_interval,
+        f"formula 75w90 at {POINTS} points; half the stated interval over mu", lambda: points_of("75w90"), half_interval
     ),
     "formula_c": Timed(
         f"formula 75w90 as native C at {C_POINTS} points; its microseconds a point in place of the error",

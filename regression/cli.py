@@ -89,8 +89,7 @@ def mu(
     ] = None,
     oil: Annotated[str | None, typer.Option(help="Oil card; default: that of the formula.")] = None,
     boundary_friction: Annotated[
-        float | None,
-        advanced(help="Boundary friction mu_b; default: that of the formula.", min=0.0, max=1.0),
+        float | None, advanced(help="Boundary friction mu_b; default: that of the formula.", min=0.0, max=1.0)
     ] = None,
     refuse: Annotated[bool, advanced("--refuse", help="Fail if the point is outside the data (exit code 2).")] = False,
     hull: Annotated[
@@ -173,13 +172,11 @@ def calibrate(
     oil: Annotated[str | None, typer.Option(help="Initial oil card; default: that of the setup.")] = None,
     plot: Annotated[Path | None, typer.Option(help="Write measured and computed curves (PNG, SVG, PDF).")] = None,
     report: Annotated[
-        Path | None,
-        typer.Option(metavar="CALIBRATION.html", help="HTML page on parameters, curves and residuals."),
+        Path | None, typer.Option(metavar="CALIBRATION.html", help="HTML page on parameters, curves and residuals.")
     ] = None,
     jobs: JobsOption = None,
     profile: Annotated[
-        bool | None,
-        advanced("--profile/--no-profile", help="Profile-likelihood intervals; default: only if fast."),
+        bool | None, advanced("--profile/--no-profile", help="Profile-likelihood intervals; default: only if fast.")
     ] = None,
     force: Annotated[bool, advanced("--force", help="Write the card even if the model does not fit the data.")] = False,
     json_output: JsonOption = False,
@@ -249,8 +246,7 @@ def sweep_run(
     ] = None,
     container: Annotated[str | None, advanced(metavar="IMAGE", help="With --slurm: apptainer image.")] = None,
     merge: Annotated[
-        Path | None,
-        advanced(metavar="FILE", help="With --slurm: a further job merges the results into this file."),
+        Path | None, advanced(metavar="FILE", help="With --slurm: a further job merges the results into this file.")
     ] = None,
     fit: Annotated[
         Path | None, advanced(metavar="FORMULA.json", help="With --slurm: the merge job also fits this formula.")

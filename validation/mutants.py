@@ -49,10 +49,7 @@ AREAS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
             for name in ("error_bars", "mesh_levels", "transient_parts", "transient_plan", "steady_mesh")
         ),
     ),
-    "guard": (
-        ("regression/friction/data_cloud.py",),
-        ("tests/verification/regression/test_data_cloud.py",),
-    ),
+    "guard": (("regression/friction/data_cloud.py",), ("tests/verification/regression/test_data_cloud.py",)),
 }
 COMPARED = {
     ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq,

@@ -14,17 +14,7 @@ from nicegui import app, core, run, ui
 from efficiency.app import charts
 from efficiency.app.axle_tab import AxleTab, chart_card
 from efficiency.app.guard import Guard
-from efficiency.app.scene import (
-    CHOICES,
-    FIELDS,
-    FINISHES,
-    FRICTIONS,
-    SHAPE,
-    Bench,
-    Scene,
-    SceneAnswer,
-    changed,
-)
+from efficiency.app.scene import CHOICES, FIELDS, FINISHES, FRICTIONS, SHAPE, Bench, Scene, SceneAnswer, changed
 from efficiency.design.design import MISALIGNMENTS
 from ehl.common.data import data_names
 from ehl.common.errors import InputError, MixedEhlError

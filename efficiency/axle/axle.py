@@ -16,16 +16,7 @@ import numpy as np
 from efficiency.axle.axle_input import AxleInput, MethodsInput, ShaftInput, load_axle
 from efficiency.axle.bearings import BEARING_METHODS, BearingState, bearing_limits
 from efficiency.axle.drag import CHURNING_METHODS, SEAL_METHODS, OilBath, Wheel, churning_limits, windage_torque
-from efficiency.axle.result import (
-    SOURCES,
-    THICK_OIL,
-    AxlePoint,
-    AxleResult,
-    BearingLoss,
-    Ends,
-    Kind,
-    interval_ends,
-)
+from efficiency.axle.result import SOURCES, THICK_OIL, AxlePoint, AxleResult, BearingLoss, Ends, Kind, interval_ends
 from efficiency.conditions.conditions import Friction, Value, Values, axis_values, checked
 from efficiency.conditions.duty import SIGNED, DutyRow, duty_rows
 from efficiency.conditions.grid import Condition, Evaluator, GridPoint

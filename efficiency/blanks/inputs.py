@@ -28,10 +28,7 @@ else:
 Offset = Annotated[
     float,
     ValueRange(
-        "m",
-        ge=-0.5,
-        le=0.5,
-        hint="Sign as in ISO 23509: a positive offset increases the spiral angle of the pinion.",
+        "m", ge=-0.5, le=0.5, hint="Sign as in ISO 23509: a positive offset increases the spiral angle of the pinion."
     ),
 ]
 SpiralAngle = Annotated[
@@ -39,8 +36,7 @@ SpiralAngle = Annotated[
     ValueRange("rad", ge=0.0, le=radians(65.0), hint="Spiral angles up to 65 deg can be cut; usual are 25 to 50 deg."),
 ]
 SpiralAnglePinion = Annotated[
-    float,
-    ValueRange("rad", ge=0.0, le=radians(80.0), hint="Usual are 35 to 50 deg; up to 80 deg with 1 to 3 teeth."),
+    float, ValueRange("rad", ge=0.0, le=radians(80.0), hint="Usual are 35 to 50 deg; up to 80 deg with 1 to 3 teeth.")
 ]
 PressureAngle = Annotated[float, ValueRange("rad", ge=radians(8.0), le=radians(35.0))]
 TaperAngle = Annotated[float, ValueRange("rad", ge=0.0, le=radians(15.0))]

@@ -11,7 +11,7 @@ try:
     import efficiency
     import ehl.cli
     import regression.cli
-    from efficiency.cli import axle, design, gear, new, optimise
+    from efficiency.cli import axle, design, gear, new
     from ehl import __version__
     from ehl.common.console import (
         AXLE,
@@ -103,7 +103,7 @@ COMMANDS: tuple[tuple[str, dict[str, Any]], ...] = (
     (FORMULA, {"plan": design.plan, "sweep": regression.cli.sweep_app, "fit": regression.cli.fit}),
     (FORMULA, {"mu": regression.cli.mu, "calibrate": regression.cli.calibrate}),
     (DESIGN, {"blank": design.blank, "settings": design.settings, "geometry": gear.geometry}),
-    (DESIGN, {"misalignment": design.misalignment, "optimise": optimise.optimise, "correct": design.correct}),
+    (DESIGN, {"misalignment": design.misalignment, "optimise": design.optimise, "correct": design.correct}),
     (DESIGN, {"export": design.export}),
     (GEAR, {"gear": gear.gear, "map": gear.map_points, "duty": gear.duty, "compare": gear.compare}),
     (GEAR, {"study": design.study}),

@@ -1,4 +1,4 @@
-"""Commands around a design: `blank`, `settings`, `correct`, `import`, `export`, `misalignment`, `study`, `plan`."""
+"""Commands around a design, from its blank and settings to studies, optimisation and the plan of a sweep."""
 
 from __future__ import annotations
 
@@ -50,8 +50,7 @@ def settings(
         str | None, console.advanced(help="Pinion torque for --sized; default: that of the targets.")
     ] = None,
     coast_torque: Annotated[
-        str | None,
-        console.advanced(help="The same on the coast side; default: that torque; '0 N m': none."),
+        str | None, console.advanced(help="The same on the coast side; default: that torque; '0 N m': none.")
     ] = None,
     box: Annotated[
         dict[str, Any],
@@ -296,17 +295,119 @@ def study(
     study.
     """
     store = shared.started_store(output, fresh)
-    chosen: dict[str, Any] = {
-        "friction": friction,
-        "oil": oil,
-        "side": side,
-        "jobs": jobs,
-        "store": store,
-    }
+    chosen: dict[str, Any] = {"friction": friction, "oil": oil, "side": side, "jobs": jobs, "store": store}
     chosen |= {"strength": strength} | console.given({"load_balance": load_balance})
     with console.output_folder(output), console.working("study", shared.kept("points", store, fresh)):
         result = efficiency.study(designs or PAIRS, **chosen, **values, **misalignment)
     shared.present_folder(result, json_output, output)
+
+
+@shared.with_groups
+def optimise(
+    *,
+    targets: shared.TargetsArgument,
+    output: Annotated[
+        Path, shared.output_option("--output", "-o", help="Folder for page, designs, tables and figures.")
+    ] = Path("mixed-ehl-optimise"),
+    vary: Annotated[
+        list[str] | None,
+        console.advanced(
+            help="A variable, with bounds or without: 'lengthwise_crowning=20:120 um', 'bias', 'hypoid_offset'; repeat "
+            "for several. 'ease_off' (the default) and 'blank' select the usual ones, without the offset."
+        ),
+    ] = None,
+    objective: Annotated[
+        list[str] | None,
+        console.advanced(
+            help="Quantity to minimise, the most important first; default: power_loss, pressure_hertz_max, "
+            "transmission_error_loaded."
+        ),
+    ] = None,
+    limit: Annotated[
+        list[str] | None,
+        console.advanced(
+            help="Quantity that may not exceed that of the start, or a value: 'pressure_hertz_max=1.4 GPa'; 'none' for "
+            "none. Default: pressure, transmission error, edge load, root stresses, not above those of the start."
+        ),
+    ] = None,
+    duty: Annotated[
+        Path | None,
+        shared.operation(
+            metavar="FILE",
+            help="Duty cycle, CSV or XLSX: torque, speed, temperature, hours. Default: the targets' operating point.",
+        ),
+    ] = None,
+    friction: Annotated[
+        str | None, shared.operation(help="Friction formula; default: the one shipped for the oil.")
+    ] = None,
+    oil: shared.OilOption = None,
+    misalignment: Annotated[
+        dict[str, Any],
+        shared.misalignment_group(
+            "Half width of E in the misalignment box; default '0.05 mm', '0 mm' for none.",
+            "Half width of P; default '0.05 mm'.",
+            "Half width of G; default none.",
+            "Half width of the shaft angle; default none.",
+        ),
+    ],
+    tolerance: Annotated[
+        list[str] | None,
+        console.advanced(help="Manufacturing error (half width): 'lengthwise_crowning=5 um'; repeat for several."),
+    ] = None,
+    over: Annotated[
+        str, console.advanced(help="Loss over the box of misalignments: mean or worst; other quantities: worst.")
+    ] = "mean",
+    flanks: Annotated[str, console.advanced(help="Flanks whose ease-off is varied: drive, coast or both.")] = "drive",
+    evaluations: Annotated[int, console.advanced(help="Evaluations of the search.")] = 120,
+    batch: Annotated[int, console.advanced(help="Parallel evaluations.")] = 4,
+    check: Annotated[int, console.advanced(help="Points checked on the full mesh.")] = 4,
+    check_friction: Annotated[
+        str | None, console.advanced(help="Check the gain of the best point with solved contacts: 'ehl' (minutes).")
+    ] = None,
+    seed: Annotated[int, console.advanced(min=0, help="Seed of the random numbers.")] = 1,
+    sized: Annotated[
+        bool, console.advanced("--sized", help="First size the start for its torque, as `settings --sized` does.")
+    ] = False,
+    jobs: shared.JobsOption = None,
+    dask: shared.DaskOption = None,
+    fresh: shared.FreshOption = False,
+    json_output: shared.JsonOption = False,
+) -> None:
+    """Search ease-off and blank of a pair for less loss within limits of pressure, transmission error, edges and roots.
+
+    Writes the Pareto front, and each checked point as a design file for `gear`. The same command resumes an
+    interrupted search. The exit code is 1 if no better point lies within the limits.
+    """
+    store = shared.started_store(output, fresh)
+    box = {"E": "0.05 mm", "P": "0.05 mm"} | misalignment
+    chosen: dict[str, Any] = {"objectives": objective, "limits": _limits(limit), "duty": duty, "misalignment": box}
+    chosen |= {"tolerance": console.pairs("tolerance", tolerance), "over": over, "flanks": flanks}
+    chosen |= {"friction": friction, "oil": oil}
+    chosen |= {"evaluations": evaluations, "batch": batch, "check": check, "solved": check_friction, "seed": seed}
+    chosen |= {"sized": sized, "jobs": jobs, "dask": dask, "store": store}
+    with console.output_folder(output), console.working("optimisation", shared.kept("evaluations", store, fresh)):
+        result = efficiency.optimise(targets, _variables(vary), **chosen)
+    shared.present_folder(result, json_output, output)
+
+
+def _parts(texts: list[str]) -> list[tuple[str, str, str]]:
+    """Name, equals sign and value of each text ``NAME=VALUE`` or ``NAME``."""
+    parts = [text.partition("=") for text in texts]
+    return [(name.strip(), equals, value.strip()) for name, equals, value in parts]
+
+
+def _variables(texts: list[str] | None) -> dict[str, Any] | None:
+    return {name: bounds if equals else None for name, equals, bounds in _parts(texts)} if texts else None
+
+
+def _limits(texts: list[str] | None) -> dict[str, Any] | None:
+    if not texts:
+        return None
+    if "none" in texts:
+        if len(texts) > 1:
+            raise InputError("limit", "none", "not together with another limit")
+        return {}
+    return {name: value if equals else "start" for name, equals, value in _parts(texts)}
 
 
 def plan(

@@ -22,8 +22,7 @@ BulkOption = Annotated[
 UncertaintyOption = Annotated[
     bool,
     advanced(
-        "--uncertainty",
-        help="Contribution of each input to the interval; with ehl from solved contacts (minutes).",
+        "--uncertainty", help="Contribution of each input to the interval; with ehl from solved contacts (minutes)."
     ),
 ]
 LoadFromOption = Annotated[Path | None, advanced(help="CSV file with a load distribution of another program.")]
@@ -147,8 +146,7 @@ def duty(
         str | None, typer.Option(help="Tyre radius for a vehicle speed in km/h, e.g. '0.32 m'.")
     ] = None,
     ratio: Annotated[
-        float | None,
-        typer.Option(help="Pinion revolutions per wheel revolution; default: that of the pair."),
+        float | None, typer.Option(help="Pinion revolutions per wheel revolution; default: that of the pair.")
     ] = None,
     temperature: Annotated[str | None, typer.Option(help="Oil temperature if the file has none.")] = None,
 ) -> None:

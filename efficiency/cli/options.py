@@ -134,8 +134,7 @@ StrengthOption = Annotated[
     ),
 ]
 GradeOption = Annotated[
-    int | None,
-    advanced(help="ISO 1328-1 accuracy grade (1 to 11) of random flank deviations in each state."),
+    int | None, advanced(help="ISO 1328-1 accuracy grade (1 to 11) of random flank deviations in each state.")
 ]
 MarkingOption = Annotated[str | None, advanced(help="Thickness of the marking compound, default '6.35 um'.")]
 JsonOption = Annotated[bool, output_option("--json", help="Print one JSON object in SI units.")]
@@ -148,8 +147,7 @@ _PAGE = {
 }
 _TABLES = {
     "cite": Annotated[
-        bool | None,
-        advanced("--cite", help="References of the laws, formulas and standards used; BibTeX with --json."),
+        bool | None, advanced("--cite", help="References of the laws, formulas and standards used; BibTeX with --json.")
     ],
     "xlsx": Annotated[Path | None, output_option(help="Write all tables into one workbook.")],
     "csv": Annotated[Path | None, advanced(help="Folder for all tables as CSV.")],

@@ -32,11 +32,7 @@ SIGNED = {
     "torque": ValueRange("N*m", ge=-_MAX_TORQUE, le=_MAX_TORQUE, hint="Negative on the coast side."),
     "speed": ValueRange("rad/s", ge=-_MAX_SPEED, le=_MAX_SPEED, hint="Negative in reverse."),
 }
-COLUMNS: dict[str, ValueRange | None] = {
-    **SIGNED,
-    "temperature": _OIL,
-    "hours": ValueRange("h", ge=0.0),
-}
+COLUMNS: dict[str, ValueRange | None] = {**SIGNED, "temperature": _OIL, "hours": ValueRange("h", ge=0.0)}
 _RECORDED: dict[str, ValueRange | None] = {
     "vehicle_speed": ValueRange("m/s", ge=-150.0, le=150.0),
     "wheel_torque": ValueRange("N*m", ge=-_MAX_TORQUE * 100.0, le=_MAX_TORQUE * 100.0),

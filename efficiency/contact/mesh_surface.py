@@ -204,10 +204,7 @@ class MeshSurface:
         """Distance inside each of `EDGES` [m], negative outside, (9, n); toe, heel, face and root cone, undercut."""
         u1, h1 = self.patch(u, v, ("u1", "h1"))
         rows = []
-        for blank, along, height in (
-            (self.gear.blank, u, self.height(u, v)),
-            (self.pinion.blank, u1, h1),
-        ):
+        for blank, along, height in ((self.gear.blank, u, self.height(u, v)), (self.pinion.blank, u1, h1)):
             half = 0.5 * blank.face_width
             rows += [along + half, half - along, blank.tip(along) - height, height - blank.root(along)]
         return np.stack([*rows, self.regular(u, v)])

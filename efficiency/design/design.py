@@ -309,13 +309,14 @@ class Design(PairDesign):
 
     def with_misalignment(self, **misalignment: float) -> Design:
         """The pair misaligned by `E`, `P`, `G` [m] and `shaft_angle_error` [rad]; default: zero."""
-        moved = validate(Misalignment, misalignment, "assembly.misalignment")
-        assembly = self.assembly.model_copy(update={"misalignment": moved})
-        return self.model_copy(update={"assembly": assembly})
+        return self._assembled(misalignment=validate(Misalignment, misalignment, "assembly.misalignment"))
 
     def with_deviation(self, deviation: FlankDeviation) -> Design:
         """The pair with a deviation of its flanks instead of its own."""
-        return self.model_copy(update={"assembly": self.assembly.model_copy(update={"flank_deviation": deviation})})
+        return self._assembled(flank_deviation=deviation)
+
+    def _assembled(self, **changes: InputModel) -> Design:
+        return self.model_copy(update={"assembly": self.assembly.model_copy(update=changes)})
 
     def under_torque(self, torque: float, side: Side = "drive") -> Design:
         """The pair with the deflections at a pinion torque [N m] on flanks of a side added to its misalignment."""
@@ -327,8 +328,7 @@ class Design(PairDesign):
 
     def without_deflection(self) -> Design:
         """The pair with rigid shafts and bearings."""
-        rigid = {"deflection": Deflection(), "stiffness": StiffnessInput()}
-        return self.model_copy(update={"assembly": self.assembly.model_copy(update=rigid)})
+        return self._assembled(deflection=Deflection(), stiffness=StiffnessInput())
 
     def with_axes(self, axes: DisplacedAxes) -> Design:
         """The pair with the misalignments of the displaced axes of `placement`."""
@@ -348,17 +348,13 @@ class Design(PairDesign):
 
     def placement(self) -> Assembly:
         """Position of the members with their misalignments."""
-        a = self.assembly
-        mirror = self.mirror
+        a, moved = self.assembly, self.assembly.misalignment.model_dump()
         return Assembly(
             teeth_pinion=self.pinion.blank.teeth,
             teeth_gear=self.gear.blank.teeth,
             shaft_angle=a.shaft_angle,
-            offset=mirror * a.hypoid_offset,
-            E=mirror * a.misalignment.E,
-            P=a.misalignment.P,
-            G=a.misalignment.G,
-            shaft_angle_error=a.misalignment.shaft_angle_error,
+            offset=self.mirror * a.hypoid_offset,
+            **moved | {"E": self.mirror * moved["E"]},
         )
 
     def flank(self, member: Member, side: FlankSide) -> Flank:

@@ -312,10 +312,7 @@ def _point(pair: FlankPair, state: tuple[float, float, float, float], marking: f
 
 
 def _loaded(
-    point: MisalignmentPoint,
-    load: Callable[[Design], EfficiencyResult],
-    moved: Design,
-    half_face: float,
+    point: MisalignmentPoint, load: Callable[[Design], EfficiencyResult], moved: Design, half_face: float
 ) -> MisalignmentPoint:
     """The state with what its load adds."""
     try:

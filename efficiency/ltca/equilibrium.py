@@ -72,11 +72,7 @@ class EquilibriumProblem:
 
 
 def solve_equilibrium(
-    compliance: FloatArray,
-    local: Local,
-    gap: FloatArray,
-    lever: FloatArray,
-    torque: float,
+    compliance: FloatArray, local: Local, gap: FloatArray, lever: FloatArray, torque: float
 ) -> Equilibrium:
     """Forces and approach of one mesh position.
 
@@ -174,12 +170,7 @@ def _touching(deflection: FloatArray, force: float, gap: FloatArray, lever: Floa
 
 
 def _violation(
-    compliance: FloatArray,
-    deflection: FloatArray,
-    gap: FloatArray,
-    lever: FloatArray,
-    force: FloatArray,
-    angle: float,
+    compliance: FloatArray, deflection: FloatArray, gap: FloatArray, lever: FloatArray, force: FloatArray, angle: float
 ) -> float:
     loaded = force > 0.0
     overlap = lever * angle - gap - compliance @ force
@@ -215,12 +206,7 @@ def _linear(
 
 
 def _primal_dual(
-    matrix: FloatArray,
-    offset: FloatArray,
-    lever: FloatArray,
-    torque: float,
-    active: BoolArray,
-    limit: int = 40,
+    matrix: FloatArray, offset: FloatArray, lever: FloatArray, torque: float, active: BoolArray, limit: int = 40
 ) -> _Solution | None:
     """All points in tension leave and all penetrating points enter at once; None without convergence."""
     for count in range(1, limit + 1):

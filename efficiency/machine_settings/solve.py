@@ -29,13 +29,7 @@ from efficiency.machine_settings.conjugate import (
     target_flank,
     target_relief,
 )
-from efficiency.machine_settings.design_file import (
-    PinionFlanks,
-    design_text,
-    ease_off_table,
-    header,
-    written_flank,
-)
+from efficiency.machine_settings.design_file import PinionFlanks, design_text, ease_off_table, header, written_flank
 from efficiency.machine_settings.fit import PARAMETERS, FitResult, FittedFlank, FreeSettings, fit, measure
 from efficiency.machine_settings.gear import GearCut, PairDimensions, cut_gear, pair_dimensions
 from efficiency.machine_settings.inputs import Cutting, FlankTarget, MemberTargets, SettingsInput, Targets, load_targets

@@ -253,7 +253,6 @@ def rate_strength(
         pinion=results[0],
         gear=results[1],
         points_film_specific=film,
-        points_temperature=local.temperature,
     )
 
 

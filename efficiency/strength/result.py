@@ -87,9 +87,9 @@ class Strength(TableResult):
     # root stress over the mesh; None if it is unavailable
     pinion: RootStress | None = field(repr=False, default=None)
     gear: RootStress | None = field(repr=False, default=None)
-    # at the loaded points [-], [K]
-    points_film_specific: FloatArray = field(repr=False, default_factory=lambda: np.zeros(0))
-    points_temperature: FloatArray = field(repr=False, default_factory=lambda: np.zeros(0))
+    points_film_specific: FloatArray = field(
+        repr=False, default_factory=lambda: np.zeros(0)
+    )  # at the loaded points [-]
 
     def scalars(self) -> dict[str, Any]:
         """Scalar values by name, SI units."""

@@ -151,13 +151,7 @@ class RoughProfile:
 
     @classmethod
     def of(
-        cls,
-        heights: FloatArray,
-        spacing: float,
-        *,
-        cutoff: float,
-        periodic: bool = True,
-        **others: Any,
+        cls, heights: FloatArray, spacing: float, *, cutoff: float, periodic: bool = True, **others: Any
     ) -> RoughProfile:
         """Profile from its heights, whose mean is subtracted; `others` are further fields."""
         z = np.asarray(heights, dtype=float) - np.mean(heights)

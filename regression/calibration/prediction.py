@@ -102,9 +102,7 @@ def contact_groups(measurement: Measurement, setup: CalibrationSetup) -> tuple[C
     names = ("radius_equivalent", "speed_entrainment", "slide_to_roll")
     contacts = [
         LineContact.from_pressure(
-            effective_modulus=modulus,
-            pressure_hertz=float(pressure[i]),
-            **{name: float(c[name][i]) for name in names},
+            effective_modulus=modulus, pressure_hertz=float(pressure[i]), **{name: float(c[name][i]) for name in names}
         )
         for i in range(measurement.size)
     ]

@@ -55,12 +55,7 @@ class Rerun:
 
 
 def rerun(
-    dataset: Dataset,
-    plan: Plan,
-    *,
-    share: float = SHARE,
-    seed: int = 1,
-    evaluate: Evaluator = solve_outputs,
+    dataset: Dataset, plan: Plan, *, share: float = SHARE, seed: int = 1, evaluate: Evaluator = solve_outputs
 ) -> Iterator[Rerun]:
     """Compute a random share of a dataset's cases again.
 

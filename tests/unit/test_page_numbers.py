@@ -116,10 +116,7 @@ PHRASES: dict[str, dict[str, Values]] = {
         r"takes [\d.]+ to [\d.]+ GB|\d GB to \w+": "measured: docs/performance.md",
         r"exit code 1": "test_sweep",
     },
-    "gear": {
-        r"above \d µm the exit code is 1": lambda: [1e6 * RESIDUAL_LIMIT, 1.0],
-        r"1 µm rms is good": RULE,
-    },
+    "gear": {r"above \d µm the exit code is 1": lambda: [1e6 * RESIDUAL_LIMIT, 1.0], r"1 µm rms is good": RULE},
     "index": {
         r"\w+ busy cores": TIME,
         r"\| [\d mins]+ \|": TIME,

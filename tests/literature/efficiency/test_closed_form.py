@@ -6,12 +6,7 @@ from dataclasses import replace
 import pytest
 from refusals import refuses
 
-from efficiency.loss.closed_form import (
-    PitchGeometry,
-    buckingham_type,
-    coleman_type,
-    lengthwise_sliding,
-)
+from efficiency.loss.closed_form import PitchGeometry, buckingham_type, coleman_type, lengthwise_sliding
 from efficiency.loss.kinematics import Driver
 
 DRIVERS: tuple[Driver, ...] = ("pinion", "gear")

@@ -17,12 +17,7 @@ from ehl.fluid.oil import Oil
 from ehl.state import ContactState
 from regression.data.dataset import Dataset, columns, load_dataset
 from regression.fitting.coefficients import fit_form
-from regression.fitting.cross_validation import (
-    fold_numbers,
-    held_out_friction,
-    nested_cross_validate,
-    networks_to_tune,
-)
+from regression.fitting.cross_validation import fold_numbers, held_out_friction, nested_cross_validate, networks_to_tune
 from regression.fitting.fit import fit_families, fit_formula
 from regression.fitting.rows import checkable_rows, computed_friction, usable_rows
 from regression.formula import Formula

@@ -5,13 +5,7 @@ import pandas as pd
 import pytest
 
 from regression.data.result_files import SURFACE_UNITS
-from regression.fitting.rows import (
-    band_noise,
-    expected_rows,
-    measured_noise,
-    realisation_scatter,
-    statistical_variance,
-)
+from regression.fitting.rows import band_noise, expected_rows, measured_noise, realisation_scatter, statistical_variance
 from regression.friction.conditions import LUBRICANT_UNITS, STATE_UNITS
 
 POINTS, SEEDS = 400, 8

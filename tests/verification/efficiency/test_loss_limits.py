@@ -7,12 +7,7 @@ import numpy as np
 import pytest
 
 from efficiency.design.design import load_design
-from efficiency.loss.closed_form import (
-    PitchGeometry,
-    buckingham_type,
-    coleman_type,
-    lengthwise_sliding,
-)
+from efficiency.loss.closed_form import PitchGeometry, buckingham_type, coleman_type, lengthwise_sliding
 from efficiency.loss.efficiency import load_grids, mesh_efficiency, solve_balanced
 from efficiency.loss.kinematics import Operation
 from efficiency.mesh import Mesh
