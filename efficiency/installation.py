@@ -135,12 +135,9 @@ def examine(*, installation_only: bool = False) -> list[Check]:
     """
     together = check_one_installation()
     if installation_only and not together.passed:
-        raise InputError(
-            "installation",
-            together.detail,
-            "ehl, regression and efficiency of the same mixed-ehl version in one place",
-            "Install mixed-ehl in an environment of its own, and run the mixed-ehl script.",
-        )
+        allowed = "ehl, regression and efficiency of the same mixed-ehl version in one place"
+        hint = "Install mixed-ehl in an environment of its own, and run the mixed-ehl script."
+        raise InputError("installation", together.detail, allowed, hint)
     if installation_only:
         return [together]
     checks = [_python(), together, *_dependencies()]

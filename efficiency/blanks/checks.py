@@ -43,12 +43,10 @@ def check_pressure_angles(inputs: PairBlankInput, generated: tuple[float, float]
     """Refuse generated pressure angles outside the range of blades."""
     for name, alpha in zip(("drive", "coast"), generated, strict=True):
         if not 5.0 <= degrees(alpha) <= 40.0:
-            raise InputError(
-                f"pressure_angle.{name}",
-                f"{degrees(getattr(inputs.pressure_angle, name)):.4g} deg",
-                f"a generated angle of 5 to 40 deg, here {degrees(alpha):.4g} deg",
-                f"The limit pressure angle is {degrees(limit):.4g} deg: change limit_influence, offset or cutter.",
-            )
+            where = f"pressure_angle.{name}"
+            stated = f"{degrees(getattr(inputs.pressure_angle, name)):.4g} deg"
+            hint = f"The limit pressure angle is {degrees(limit):.4g} deg: change limit_influence, offset or cutter."
+            raise InputError(where, stated, f"a generated angle of 5 to 40 deg, here {degrees(alpha):.4g} deg", hint)
 
 
 def check_dimensions(pair: PairBlank) -> None:
@@ -56,12 +54,8 @@ def check_dimensions(pair: PairBlank) -> None:
     for name, member in (("pinion", pair.pinion), ("gear", pair.gear)):
         depths = (member.inner_whole_depth, member.outer_whole_depth)
         if min(depths) <= 0.1 * member.mean_whole_depth:
-            raise InputError(
-                "taper",
-                pair.taper,
-                f"a tooth depth at both ends above a tenth of the mean; the {name} has {min(depths) * 1e3:.4g} mm",
-                "Use a smaller face width or less taper.",
-            )
+            allowed = f"a tooth depth at both ends above a tenth of the mean; the {name} has {min(depths) * 1e3:.4g} mm"
+            raise InputError("taper", pair.taper, allowed, "Use a smaller face width or less taper.")
         if member.root_angle <= 0.0 or member.inner_root_diameter <= 0.0:
             raise InputError(
                 "taper",
@@ -70,18 +64,12 @@ def check_dimensions(pair: PairBlank) -> None:
                 f"deg and {member.inner_root_diameter * 1e3:.4g} mm root diameter at the toe",
             )
         if min(member.normal_thickness) <= 0.0:
-            raise InputError(
-                "depth",
-                f"{min(member.normal_thickness) * 1e3:.4g} mm thick teeth of the {name}",
-                "a tooth thickness above 0: change thickness factor, addendum factor or backlash",
-            )
+            allowed = "a tooth thickness above 0: change thickness factor, addendum factor or backlash"
+            raise InputError("depth", f"{min(member.normal_thickness) * 1e3:.4g} mm thick teeth of the {name}", allowed)
         if min(member.slot_width) <= 0.0:
-            raise InputError(
-                "depth",
-                f"{min(member.slot_width) * 1e3:.4g} mm wide slots of the {name} at the root",
-                "slots wider than 0, in which the blades do not cross",
-                "Use a smaller depth factor or pressure angle, or a thickness factor of the other sign.",
-            )
+            stated = f"{min(member.slot_width) * 1e3:.4g} mm wide slots of the {name} at the root"
+            hint = "Use a smaller depth factor or pressure angle, or a thickness factor of the other sign."
+            raise InputError("depth", stated, "slots wider than 0, in which the blades do not cross", hint)
 
 
 def blank_warnings(pair: PairBlank) -> tuple[BlankWarning, ...]:

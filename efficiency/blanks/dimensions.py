@@ -45,12 +45,9 @@ def factors(inputs: PairBlankInput, cones: PitchCones) -> DepthFactors:
     depth = inputs.depth
     if isinstance(depth, DepthTypeOne):
         if depth.dedendum_factor < depth.addendum_factor:
-            raise InputError(
-                "depth.dedendum_factor",
-                depth.dedendum_factor,
-                f"at least the addendum factor {depth.addendum_factor:.4g}",
-                "With a negative clearance tip and root interfere.",
-            )
+            allowed = f"at least the addendum factor {depth.addendum_factor:.4g}"
+            hint = "With a negative clearance tip and root interfere."
+            raise InputError("depth.dedendum_factor", depth.dedendum_factor, allowed, hint)
         return DepthFactors(
             depth.profile_shift, depth.addendum_factor, depth.dedendum_factor, depth.thickness_modification
         )

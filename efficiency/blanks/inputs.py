@@ -161,11 +161,8 @@ class PairBlankInput(InputModel):
             raise InputError(f"mean_spiral_angle_{member}", None, f"an angle: Method {self.method} starts from it")
         surplus = getattr(self, f"mean_spiral_angle_{other}")
         if surplus is not None:
-            raise InputError(
-                f"mean_spiral_angle_{other}",
-                surplus,
-                f"no value: Method {self.method} takes mean_spiral_angle_{member}",
-            )
+            where = f"mean_spiral_angle_{other}"
+            raise InputError(where, surplus, f"no value: Method {self.method} takes mean_spiral_angle_{member}")
         return self
 
     @model_validator(mode="after")
@@ -186,12 +183,9 @@ class PairBlankInput(InputModel):
     @model_validator(mode="after")
     def _blade_of_formate(self) -> Self:
         if self.inside_blade_angle_gear is not None and self.gear_generation.rolls:
-            raise InputError(
-                "inside_blade_angle_gear",
-                f"{degrees(self.inside_blade_angle_gear):.6g} deg",
-                "no value: the gear is generated",
-                'Use gear_cutting = "formate", or omit the blade angle.',
-            )
+            stated = f"{degrees(self.inside_blade_angle_gear):.6g} deg"
+            hint = 'Use gear_cutting = "formate", or omit the blade angle.'
+            raise InputError("inside_blade_angle_gear", stated, "no value: the gear is generated", hint)
         return self
 
     @model_validator(mode="after")
@@ -203,12 +197,8 @@ class PairBlankInput(InputModel):
         if self.teeth_gear < self.teeth_pinion:
             raise InputError("teeth_gear", self.teeth_gear, f"at least the {self.teeth_pinion} teeth of the pinion")
         if self.method == 0 and self.hypoid_offset:
-            raise InputError(
-                "hypoid_offset",
-                self.hypoid_offset,
-                "0 in Method 0 (bevel pairs)",
-                "Hypoid pairs require Method 1, 2 or 3.",
-            )
+            allowed = "0 in Method 0 (bevel pairs)"
+            raise InputError("hypoid_offset", self.hypoid_offset, allowed, "Hypoid pairs require Method 1, 2 or 3.")
         return self
 
 

@@ -401,11 +401,7 @@ class _Flank:
         shape = 6.0 * arm * math.cos(load) / (chord**2 * math.cos(self.alpha_n))
         if min(chord, fillet, arm) <= 0.0:
             name = ("pinion", "gear")[member]
-            raise InputError(
-                f"rating.edge_radius_{name}",
-                f"{1e3 * edge:.3g} mm",
-                "an edge radius that leaves a root",
-                "Take a smaller one.",
-            )
+            where = f"rating.edge_radius_{name}"
+            raise InputError(where, f"{1e3 * edge:.3g} mm", "an edge radius that leaves a root", "Take a smaller one.")
         slender, notch = chord / arm, 0.5 * chord / fillet
         return shape, notch, (1.2 + 0.13 * slender) * notch ** (1.0 / (1.21 + 2.3 / slender))

@@ -77,12 +77,9 @@ def check_trace(inputs: PairBlankInput, cones: PitchCones, places: tuple[float, 
     for _ in range(50):
         middle = 0.5 * (low + high)
         low, high = (low, middle) if _serves_with(inputs, cones, middle, places, offset_in_plane) else (middle, high)
-    raise InputError(
-        "cutter_radius",
-        f"{inputs.cutter_radius * 1e3:.6g} mm",
-        f"about {high * 1e3:.4g} mm or more, for spiral angles below {degrees(steepest):.0f} deg everywhere",
-        "Or take a smaller face width or spiral angle.",
-    )
+    stated = f"{inputs.cutter_radius * 1e3:.6g} mm"
+    allowed = f"about {high * 1e3:.4g} mm or more, for spiral angles below {degrees(steepest):.0f} deg everywhere"
+    raise InputError("cutter_radius", stated, allowed, "Or take a smaller face width or spiral angle.")
 
 
 def _serves(trace: Trace, places: tuple[float, ...], offset_in_plane: float, steepest: float) -> bool:

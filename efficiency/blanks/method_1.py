@@ -65,12 +65,9 @@ def _start(inputs: PairBlankInput) -> _Start:
     desired, offset = inputs.mean_spiral_angle_pinion, inputs.hypoid_offset
     ratio, excess = inputs.teeth_gear / inputs.teeth_pinion, inputs.shaft_angle - 0.5 * pi
     if ratio * sin(excess) >= 1.0:
-        raise InputError(
-            "shaft_angle",
-            f"{degrees(inputs.shaft_angle):.6g} deg",
-            f"below {degrees(asin(1.0 / ratio) + 0.5 * pi):.4g} deg for this ratio",
-            "Beyond it the gear would be a crown gear or an internal gear.",
-        )
+        allowed = f"below {degrees(asin(1.0 / ratio) + 0.5 * pi):.4g} deg for this ratio"
+        hint = "Beyond it the gear would be a crown gear or an internal gear."
+        raise InputError("shaft_angle", f"{degrees(inputs.shaft_angle):.6g} deg", allowed, hint)
     delta_2 = atan(ratio * cos(excess) / (1.2 * (1.0 - ratio * sin(excess))))
     if inputs.mean_pitch_diameter_gear is not None:
         radius_2 = 0.5 * inputs.mean_pitch_diameter_gear

@@ -277,12 +277,9 @@ def _member(inputs: PairBlankInput, parts: _Parts, i: int) -> MemberBlank:
     name = ("pinion", "gear")[i]
     mounted: float | None = getattr(inputs, f"mounting_distance_{name}")
     if mounted is not None and mounted <= crown:
-        raise InputError(
-            f"mounting_distance_{name}",
-            f"{1e3 * mounted:.6g} mm",
-            f"above {1e3 * crown:.5g} mm, the distance of the outer tip circle from the crossing point",
-            "The locating face is behind the teeth.",
-        )
+        where = f"mounting_distance_{name}"
+        allowed = f"above {1e3 * crown:.5g} mm, the distance of the outer tip circle from the crossing point"
+        raise InputError(where, f"{1e3 * mounted:.6g} mm", allowed, "The locating face is behind the teeth.")
     other: Hand = "right" if inputs.hand_pinion == "left" else "left"
     return MemberBlank(
         teeth=(inputs.teeth_pinion, inputs.teeth_gear)[i],

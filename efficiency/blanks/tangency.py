@@ -302,11 +302,7 @@ def crown_gear(inputs: PairBlankInput, cone_2: float, delta_2: float, spiral_2: 
     module = 2.0 * cone_2 * sin(delta_2) * cos(spiral_2) / inputs.teeth_gear
     least = 0.5 * groups * module
     if least >= rc:
-        raise InputError(
-            "cutter_radius",
-            f"{rc * 1e3:.6g} mm",
-            f"above {least * 1e3:.4g} mm with {groups} blade groups",
-            "Take a larger head or fewer blade groups.",
-        )
+        allowed = f"above {least * 1e3:.4g} mm with {groups} blade groups"
+        raise InputError("cutter_radius", f"{rc * 1e3:.6g} mm", allowed, "Take a larger head or fewer blade groups.")
     lead = asin(least / rc)
     return CrownGear(lead, rc, cone_2 - rc * sin(spiral_2 - lead), rc * cos(spiral_2 - lead))

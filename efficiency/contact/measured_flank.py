@@ -259,12 +259,10 @@ def measured_flank(
         deviation = np.angle(np.exp(1j * (turn - offset))) * levers
     worst = int(np.argmax(np.abs(deviation)))
     if abs(deviation[worst]) > _FARTHEST:
-        raise InputError(
-            f"{grid.path}, row {grid.row[here][worst]}, column {grid.column[here][worst]}",
-            f"{deviation[worst] * 1e3:.4g} mm from the nominal flank",
-            f"within {_FARTHEST * 1e3:g} mm of it",
-            "Check that the points are those of this member and flank, and their units.",
-        )
+        where = f"{grid.path}, row {grid.row[here][worst]}, column {grid.column[here][worst]}"
+        stated = f"{deviation[worst] * 1e3:.4g} mm from the nominal flank"
+        hint = "Check that the points are those of this member and flank, and their units."
+        raise InputError(where, stated, f"within {_FARTHEST * 1e3:g} mm of it", hint)
     field = smooth_field(place, deviation * 1e6, uncertainty * 1e6, _ORDER if nominal is not None else _ORDER_ALONE)
 
     node_height = blank.height(*nodes)

@@ -101,12 +101,9 @@ class EdgeRelief(InputModel):
     @model_validator(mode="after")
     def _flatter_than_half_a_right_angle(self) -> Self:
         if self.amount > self.length:
-            raise InputError(
-                "amount",
-                f"{self.amount * 1e3:.6g} mm",
-                f"at most its length of {self.length * 1e3:.6g} mm",
-                "Relief must be flatter than 45 deg: reduce the amount or increase the length.",
-            )
+            stated = f"{self.amount * 1e3:.6g} mm"
+            hint = "Relief must be flatter than 45 deg: reduce the amount or increase the length."
+            raise InputError("amount", stated, f"at most its length of {self.length * 1e3:.6g} mm", hint)
         return self
 
     def depth(self, distance: FloatArray) -> FloatArray:
@@ -145,12 +142,9 @@ class MemberRelief(InputModel):
         taper = tan(blank.addendum_angle) + tan(blank.dedendum_angle)
         depth = blank.mean_addendum + blank.mean_dedendum - half * abs(taper)
         if self.tip is not None and self.tip.length >= depth:
-            raise InputError(
-                "edge_relief.tip.length",
-                f"{self.tip.length * 1e3:.6g} mm",
-                f"below the smallest whole depth of the tooth, {depth * 1e3:.4g} mm",
-                "Usual values are a tenth to a third of the depth.",
-            )
+            allowed = f"below the smallest whole depth of the tooth, {depth * 1e3:.4g} mm"
+            hint = "Usual values are a tenth to a third of the depth."
+            raise InputError("edge_relief.tip.length", f"{self.tip.length * 1e3:.6g} mm", allowed, hint)
         ends = [end for end in (self.toe, self.heel) if end is not None]
         along = sum(end.length for end in ends)
         if ends and along >= blank.face_width:
@@ -164,12 +158,9 @@ class MemberRelief(InputModel):
         for name in ("tip", "toe", "heel"):
             given: EdgeRelief | None = getattr(self, name)
             if given is not None and given.amount > _MAX_SHARE * thickness:
-                raise InputError(
-                    f"edge_relief.{name}.amount",
-                    f"{given.amount * 1e3:.6g} mm",
-                    f"at most {_MAX_SHARE * thickness * 1e3:.4g} mm, a quarter of the tooth thickness",
-                    "Usual values are 10 to 60 um; use the addendum or the face width for a larger chamfer.",
-                )
+                allowed = f"at most {_MAX_SHARE * thickness * 1e3:.4g} mm, a quarter of the tooth thickness"
+                hint = "Usual values are 10 to 60 um; use the addendum or the face width for a larger chamfer."
+                raise InputError(f"edge_relief.{name}.amount", f"{given.amount * 1e3:.6g} mm", allowed, hint)
 
     def __bool__(self) -> bool:
         return any(part is not None for part in (self.tip, self.toe, self.heel))

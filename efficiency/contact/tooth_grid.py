@@ -294,12 +294,9 @@ def _require_thickness(member: Member, place: str, values: FloatArray, face: Flo
     thinnest = int(np.argmin(values))
     cuts = "check point_radius and blade_angle of both cutters, both machine settings, the addendum and the pitch angle"
     remedy = f"{TIP_REMEDIES[member]} in the targets and repeat settings; or {cuts}" if place == "tip" else cuts
-    raise InputError(
-        f"{member}: tooth thickness at the {place}",
-        f"{values[thinnest] * 1e3:.3g} mm at {face[thinnest] * 1e3:.3g} mm from the toe",
-        "above 0 mm",
-        f"The concave and the convex flank of the {member} cross: {remedy}.",
-    )
+    where = f"{member}: tooth thickness at the {place}"
+    stated = f"{values[thinnest] * 1e3:.3g} mm at {face[thinnest] * 1e3:.3g} mm from the toe"
+    raise InputError(where, stated, "above 0 mm", f"The concave and the convex flank of the {member} cross: {remedy}.")
 
 
 def _filled(width: FloatArray, face: FloatArray) -> FloatArray:

@@ -79,11 +79,8 @@ class BodyInput(InputModel):
         if self.rim_thickness is None:
             return min(BACKUP_RATIO * (blank.mean_addendum + blank.mean_dedendum), _TO_AXIS * to_axis)
         if self.rim_thickness > _MAX_TO_AXIS * to_axis:
-            raise InputError(
-                "body.rim_thickness",
-                f"{self.rim_thickness * 1e3:.6g} mm",
-                f"at most {_MAX_TO_AXIS * to_axis * 1e3:.6g} mm, {_MAX_TO_AXIS:g} of the way from root to axis",
-            )
+            allowed = f"at most {_MAX_TO_AXIS * to_axis * 1e3:.6g} mm, {_MAX_TO_AXIS:g} of the way from root to axis"
+            raise InputError("body.rim_thickness", f"{self.rim_thickness * 1e3:.6g} mm", allowed)
         return self.rim_thickness
 
 

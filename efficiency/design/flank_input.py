@@ -121,12 +121,9 @@ class GridFlankInput(FlankTable):
         """Raise an `InputError` for a file of another flank."""
         read = read_point_grid(Path(self.grid))
         if read.member not in ("", member) or read.flank not in ("", side):
-            raise InputError(
-                f"{member}.{side}.grid",
-                f"{self.grid} of the {read.flank} {read.member} flank",
-                f"points of the {side} {member} flank",
-                "Give the file of this flank, or correct member and flank in its first line.",
-            )
+            stated = f"{self.grid} of the {read.flank} {read.member} flank"
+            hint = "Give the file of this flank, or correct member and flank in its first line."
+            raise InputError(f"{member}.{side}.grid", stated, f"points of the {side} {member} flank", hint)
 
     @property
     def nominal(self) -> CutFlankInput | None:

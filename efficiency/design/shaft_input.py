@@ -80,12 +80,9 @@ class Deflection(Misalignment):
         rows = rows[np.argsort(rows[:, 0])]
         low, high = rows[0, 0], rows[-1, 0]
         if not low <= torque <= high:
-            raise InputError(
-                "assembly.deflection.table",
-                f"no row for {torque:.6g} N m",
-                f"{low:.6g} to {high:.6g} N m, negative on the coast flanks",
-                "Add rows for the largest torque of both flanks.",
-            )
+            allowed = f"{low:.6g} to {high:.6g} N m, negative on the coast flanks"
+            hint = "Add rows for the largest torque of both flanks."
+            raise InputError("assembly.deflection.table", f"no row for {torque:.6g} N m", allowed, hint)
         return {name: float(np.interp(torque, rows[:, 0], rows[:, 1 + k])) for k, name in enumerate(MISALIGNMENTS)}
 
 

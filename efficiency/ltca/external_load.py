@@ -189,12 +189,10 @@ def _loads(
             position = replace(position, radius_equivalent=columns["radius_equivalent"][here])
         carried = float(force @ position.lever_pinion)
         if not abs(carried / torque - 1.0) <= allowed:
-            raise InputError(
-                f"{path.name}: forces at pinion angle {angle:.6g} rad (rows {rows[here[0]]} to {rows[here[-1]]})",
-                f"{carried:.6g} N m about the pinion axis",
-                f"within {allowed:.0%} of the stated {torque:.6g} N m",
-                "Check units, sign of the pinion angle, side (drive or coast), and that no tooth pair is missing.",
-            )
+            where = f"{path.name}: forces at pinion angle {angle:.6g} rad (rows {rows[here[0]]} to {rows[here[-1]]})"
+            stated = f"{carried:.6g} N m about the pinion axis"
+            hint = "Check units, sign of the pinion angle, side (drive or coast), and that no tooth pair is missing."
+            raise InputError(where, stated, f"within {allowed:.0%} of the stated {torque:.6g} N m", hint)
         loads.append(_load(position, teeth, force, carried / torque - 1.0))
         if number == 0 and len(angles) < 2:
             raise InputError(str(path), "one mesh position", "at least 2 positions of one pitch")
@@ -243,12 +241,10 @@ def _places(
     if margin.min() < -_BEYOND:
         worst = int(np.argmin(margin))
         face, over = u[worst] + 0.5 * blank.face_width, height[worst] - float(blank.root(u[worst : worst + 1])[0])
-        raise InputError(
-            f"{path.name}, row {rows[worst]}",
-            f"{face * 1e3:.4g} mm from the toe, {over * 1e3:.4g} mm above the root of the gear",
-            f"a point of the common flank; this one is {-margin[worst] * 1e3:.3g} mm outside",
-            "Check units, frame and that the file belongs to this pair.",
-        )
+        where = f"{path.name}, row {rows[worst]}"
+        stated = f"{face * 1e3:.4g} mm from the toe, {over * 1e3:.4g} mm above the root of the gear"
+        allowed = f"a point of the common flank; this one is {-margin[worst] * 1e3:.3g} mm outside"
+        raise InputError(where, stated, allowed, "Check units, frame and that the file belongs to this pair.")
     if "pair" in columns:
         return u, v, np.rint(columns["pair"]).astype(np.int64)
     roll = surface.patch(u, v, ("roll",))[0]
@@ -260,11 +256,9 @@ def _require_even(path: Path, angles: FloatArray, pitch: float) -> None:
         return
     step: FloatArray = np.append(angles[1:], angles[0] + pitch) - angles
     if np.abs(step * len(angles) / pitch - 1.0).max() > _EVEN * len(angles):
-        raise InputError(
-            f"{path.name}: pinion_angle",
-            f"{len(angles)} positions from {angles[0]:.6g} to {angles[-1]:.6g} rad",
-            f"positions that divide one pitch of {pitch:.6g} rad evenly, without its end",
-        )
+        where = f"{path.name}: pinion_angle"
+        stated = f"{len(angles)} positions from {angles[0]:.6g} to {angles[-1]:.6g} rad"
+        raise InputError(where, stated, f"positions that divide one pitch of {pitch:.6g} rad evenly, without its end")
 
 
 def _edge(surface: MeshSurface, u: FloatArray, v: FloatArray, given: dict[str, FloatArray]) -> EdgeProximity:

@@ -401,12 +401,8 @@ def distribute_load(
 def require_torque(torque: float) -> None:
     """`InputError` unless the pinion torque [N m] is finite and above 0."""
     if not (np.isfinite(torque) and torque > 0.0):
-        raise InputError(
-            "torque",
-            torque,
-            "a finite torque above 0 N m",
-            "It acts on the pinion in its driving direction; choose the coast side for the other direction.",
-        )
+        hint = "It acts on the pinion in its driving direction; choose the coast side for the other direction."
+        raise InputError("torque", torque, "a finite torque above 0 N m", hint)
 
 
 _Contact = tuple[FloatArray, FloatArray, FloatArray, FloatArray, BoolArray]

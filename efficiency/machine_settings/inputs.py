@@ -169,12 +169,8 @@ class SettingsInput(InputModel):
             for side in ("drive", "coast"):
                 target: FlankTarget = getattr(self.targets, side)
                 if target.map is not None:
-                    raise InputError(
-                        f"targets.{side}.map",
-                        target.map,
-                        "no map for a conjugate pinion",
-                        "Give it as ease_off.map of the flank in the design file.",
-                    )
+                    hint = "Give it as ease_off.map of the flank in the design file."
+                    raise InputError(f"targets.{side}.map", target.map, "no map for a conjugate pinion", hint)
                 for one, other in (("crowning_toe", "crowning_heel"), ("relief_root", "relief_tip")):
                     if getattr(target, one) != getattr(target, other):
                         allowed = f"equal to {one} for a conjugate pinion"

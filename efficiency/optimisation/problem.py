@@ -260,12 +260,8 @@ def _default_bounds(start: SettingsInput, name: str, flanks: Flanks) -> Bounds:
         return max(own - reach, 0.05 if allowed.ge is None else allowed.ge), min(own + reach, most)
     if name in _EDGES:
         if not own:
-            raise InputError(
-                name,
-                None,
-                "its bounds, or relief in the initial targets",
-                f"State [pinion.edge_relief] and [gear.edge_relief] with {' and '.join(_EDGES[name])}.",
-            )
+            hint = f"State [pinion.edge_relief] and [gear.edge_relief] with {' and '.join(_EDGES[name])}."
+            raise InputError(name, None, "its bounds, or relief in the initial targets", hint)
         return _RELIEF_SHARES[0] * own, min(_RELIEF_SHARES[1] * own, most)
     if name in ("contact_face", "contact_depth"):
         return max(own - _PLACE, -_MAX_PLACE), min(own + _PLACE, _MAX_PLACE)

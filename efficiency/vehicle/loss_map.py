@@ -143,11 +143,8 @@ def read_axle_losses(path: Path | str) -> TableAxleLosses:
     grid = np.full((len(torques), len(speeds)), np.nan)
     grid[i, j] = loss
     if len(loss) != grid.size or np.isnan(grid).any():
-        raise InputError(
-            path.name,
-            f"{len(loss)} rows for {len(torques)} torques and {len(speeds)} speeds",
-            "every combination of torque and speed exactly once",
-        )
+        stated = f"{len(loss)} rows for {len(torques)} torques and {len(speeds)} speeds"
+        raise InputError(path.name, stated, "every combination of torque and speed exactly once")
     return TableAxleLosses(path.name, torques, speeds, grid)
 
 

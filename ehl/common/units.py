@@ -284,12 +284,8 @@ def parse_quantity(value: object, unit: str, *, field: str = "value", bare: bool
     if abs(number) < SMALLEST:
         number = 0.0
     if unit and not has_unit and not bare:
-        raise InputError(
-            field,
-            value,
-            f"a value with its unit such as {_EXAMPLES.get(unit, '1 ' + unit)!r}",
-            "A bare number is ambiguous here.",
-        )
+        allowed = f"a value with its unit such as {_EXAMPLES.get(unit, '1 ' + unit)!r}"
+        raise InputError(field, value, allowed, "A bare number is ambiguous here.")
     return number
 
 
