@@ -2,7 +2,7 @@
 
     python -m validation mixed_data
 
-`*_noise` holds every point with eight roughness profiles, so that stated errors can be compared with differences.
+`*_noise` holds every point with eight roughness profiles, so that stated errors can be compared with deviations.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ DATASETS = {part: [f"gear_{oil}{part}" for oil in OILS] for part in ("", "_mesh"
 POINT = [
     "pressure_hertz", "radius_equivalent", "speed_entrainment", "slide_to_roll", "temperature_oil", "roughness_rms_1",
 ]  # fmt: skip
+SHARES = (0.0, 0.001, 0.1, 0.3, 0.6, 0.9, 0.96, 1.0)  # classes of the asperity load share
 
 
 def outcomes(name: str, frame: pd.DataFrame) -> dict[str, object]:
@@ -31,17 +32,18 @@ def outcomes(name: str, frame: pd.DataFrame) -> dict[str, object]:
     return row | {f"seconds {level}": float(frame["seconds_cpu"].quantile(level)) for level in (0.5, 0.95, 1.0)}
 
 
-def pairs(frame: pd.DataFrame) -> pd.DataFrame:
-    """Difference of ln(mu) of two profiles of a point, both stated errors together, and the film ratio."""
-    found = frame.dropna(subset=["friction_coefficient"]).groupby(POINT)
-    two = [rows.iloc[i : i + 2] for _, rows in found for i in range(0, len(rows) - 1, 2)]
-    return pd.DataFrame(
-        {
-            "difference": [abs(np.log(rows["friction_coefficient"]).diff().iloc[1]) for rows in two],
-            "stated": [np.hypot(*rows["friction_error"]) for rows in two],
-            "film_ratio": [rows["film_ratio"].iloc[0] for rows in two],
-        }
-    )
+def deviations(frame: pd.DataFrame) -> pd.DataFrame:
+    """Deviation of ln(mu) of each rough contact from the mean of the other profiles of its point, and stated errors.
+
+    It is divided by the root of 1 + 1/n for the error of that mean of n profiles. `numerical`: of time mean and mesh.
+    """
+    rough = frame[frame["friction_coefficient"].notna() & (frame["statistical_error"] > 0.0)]
+    friction = np.log(rough["friction_coefficient"]).groupby([rough[name] for name in POINT])
+    count = friction.transform("count")
+    deviation = (np.log(rough["friction_coefficient"]) - friction.transform("mean")).abs()
+    numerical = np.hypot(rough["statistical_error"], rough["mesh_error"])
+    table = rough[["oil", "film_ratio", "asperity_load_share", "friction_error"]]
+    return table.assign(deviation=deviation * np.sqrt(count / (count - 1)), numerical=numerical)[count > 1]
 
 
 def main(argv: Sequence[str] | None = None) -> None:
@@ -53,12 +55,14 @@ def main(argv: Sequence[str] | None = None) -> None:
     rows = [outcomes(name, frame) for name, frame in frames.items()]
     write_rows(OUT / "mixed_data.csv", rows)
     print(pd.DataFrame(rows).to_string(index=False, float_format="%.3g"))
-    noise = {oil: pairs(frame) for oil, frame in frames["gear_noise"].groupby("oil")}
-    whole = pd.concat(noise.values())
-    for name, table in (noise | {"film ratio below 0.3": whole[whole["film_ratio"] < 0.3], "all": whole}).items():
-        inside = float((table["difference"] <= table["stated"]).mean())
-        print(f"{name}: {len(table)} pairs, {inside:.0%} inside; quantiles 0.5 and 0.9:")
-        print(table[["difference", "stated"]].quantile([0.5, 0.9]).to_string(float_format="%.3g"))
+    found = deviations(frames["gear_noise"])
+    shares = pd.cut(found["asperity_load_share"], SHARES, include_lowest=True)
+    for by in (found["oil"], shares, pd.Series("all", found.index)):
+        for name, table in found.groupby(by, observed=True):
+            inside = [f"{(table['deviation'] <= table[error]).mean():.0%}" for error in ("numerical", "friction_error")]
+            print(f"{name}: {len(table)} contacts, inside numerical and stated error {inside}; quantiles 0.5 and 0.9:")
+            quantiles = table[["deviation", "numerical", "friction_error"]].quantile([0.5, 0.9])
+            print(quantiles.to_string(float_format="%.3g"))
 
 
 if __name__ == "__main__":

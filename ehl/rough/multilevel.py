@@ -105,6 +105,9 @@ DIFFERENCE_ALLOWED, BUDGETS = 0.1, 2.0
 # contacts of the plan `gear`, "fast": 90 % quantile of the error of mu 6.7 -> 5.7 %, processor time + 2 %
 WIDE = 1.6
 EXTRAPOLATED = 4.0 / 3.0  # weight of the finest difference in the extrapolated mean
+# tuned on 384 points with eight profiles each (docs/validation_mixed.md): half width of a window of so many batches,
+# over mu and the root of share (1 - share)
+EXPECTED, EXPECTED_BATCHES = 0.15, 6.0
 # tuned with validation/work_precision.py: iterations of a step over those on twice the spacing
 FINER_STEP = 0.85
 
@@ -219,6 +222,23 @@ class MeshLevels:
         """mu and the half width of its 90 % interval, including the drift after a shortened start-up."""
         mean, half_width = self._interval()
         return mean, math.hypot(half_width, self.drift())
+
+    def stated(self) -> tuple[float, float]:
+        """mu and the half width of its 90 % interval, widened where it is narrow by chance.
+
+        Where asperities carry load, fluctuations are slow and skewed. Short windows then contain few independent
+        values, and a run that ends at a required interval favours narrow ones. The squared half width is therefore the
+        mean of the found and an expected one, weighted by their numbers of batches (empirical Bayes), if that is larger
+        than the found one, and at most the required one. The expected one is that of independent patches with film or
+        asperity contact: the variance of the load share s is proportional to s (1 - s) over the travel.
+        The end of a run follows from `interval`.
+        """
+        mean, found = self.interval()
+        share = min(max(self.share(), 0.0), 1.0)
+        batches = self.longest.rolled / self.plan.batch
+        expected = EXPECTED * mean * math.sqrt(share * (1.0 - share) * EXPECTED_BATCHES / batches)
+        both = (batches * found**2 + EXPECTED_BATCHES * expected**2) / (batches + EXPECTED_BATCHES)
+        return mean, max(found, min(math.sqrt(both), self.plan.tolerance * abs(mean)))
 
     def drift(self) -> float:
         """Part of the half width by a shortened start-up and window; 0 at their full length.

@@ -279,7 +279,7 @@ def _result(
     run, problem = fine.run, fine.run.problem
     units, model = problem.units, problem.model
     everything = _everything(fine)
-    mu, half_width = levels.interval()
+    mu, half_width = levels.stated()
     scale = abs(mu) if mu != 0.0 else math.inf
     status, reason = _status(levels)
     hot = problem.settings.thermal

@@ -309,6 +309,36 @@ def test_interval_of_meshes_that_rolled_as_far_holds_that_of_the_extrapolation()
     assert short.interval()[1] == pytest.approx(1.645 * 0.004 / 3.0, rel=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("share", "blocks", "wave", "expected", "batches"),
+    [
+        (0.2, 3, 0.0, 0.06, 6.0),  # 0.15 sqrt(0.16)
+        (0.8, 3, 0.0, 0.06, 6.0),
+        (0.2, 12, 0.0, 0.03, 24.0),  # half of it over four times the travel
+        (0.2, 3, 0.002, 0.06, 6.0),
+        (0.0, 3, 0.002, 0.0, 6.0),
+        (1.0, 3, 0.002, 0.0, 6.0),
+        (0.2, 3, 0.2, 0.06, 6.0),
+    ],
+)
+def test_interval_narrow_by_chance_is_widened_by_the_expected_one(
+    share: float, blocks: int, wave: float, expected: float, batches: float
+) -> None:
+    """Mean of both squares, the expected one with six batches; not below the found one, nor above the tolerance."""
+    from ehl.rough._kernels.march import SHARE
+
+    strict = levels_of(0.05 + wave * ODD, 0.05 + wave * ODD, blocks=(blocks, blocks))
+    levels = replace(strict, plan=replace(PLAN, tolerance=0.05))
+    for block in (block for each in levels.windows for block in each.recorded):
+        block[:, SHARE] = share
+    mean, found = levels.interval()
+    assert mean == pytest.approx(0.05 + 0.1 * share)
+    both = (batches * found**2 + 6.0 * (expected * mean) ** 2) / (batches + 6.0)
+    assert levels.stated() == (mean, pytest.approx(max(found, math.sqrt(both)), rel=1e-9, abs=1e-15))
+    assert strict.stated()[1] == pytest.approx(max(found, min(math.sqrt(both), 0.02 * mean)), rel=1e-9, abs=1e-15)
+    assert (levels.stated()[1] > found) is (share in (0.2, 0.8) and wave < 0.1)
+
+
 def test_of_three_meshes_the_finest_difference_is_extrapolated() -> None:
     coarse, middle, fine = 0.05 + 0.01 * ODD, 0.052 + 0.01 * ODD + 0.001 * PAIRS, 0.0526 + 0.012 * ODD
     levels = levels_of(coarse, middle, fine, blocks=(20, 8, 4))
@@ -379,6 +409,14 @@ def test_net_exchange_of_the_side_flow_is_an_error_of_friction(
         contact, eyring_oil(), surfaces, nodes=100, travel=12.0, accuracy="fast", peklenik_number=math.inf
     )
     assert sealed.exchange_error == 0.0
+
+
+def test_statistical_error_is_the_stated_interval(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(MeshLevels, "stated", lambda levels: (levels.friction(), 0.21 * levels.friction()))
+    contact = line(2.0)
+    surfaces = gaussian_pair(contact, 0.1e-6, 0.2)
+    run = solve_transient(contact, eyring_oil(), surfaces, nodes=100, travel=12.0, accuracy="fast")
+    assert run.statistical_error == pytest.approx(0.21, rel=1e-12)
 
 
 def test_slope_of_the_side_flow_by_hand() -> None:
