@@ -41,15 +41,11 @@ class DataFunction:
     sizes: dict[str, float]  # words of the loops that stand for a number
 
     def loop(self, suffix: str) -> str:
-        """The loop of a language, from the file of that suffix next to this module."""
+        """The loop of a language with the numbers of this function, from the file with that end of its name."""
         text = Path(__file__).with_name(f"{self.name}{suffix}").read_text(encoding="utf-8")
-        return self.filled(f"\n{text}")
-
-    def filled(self, text: str) -> str:
-        """The loop of a language with the numbers of this function instead of their words."""
         for name, number in self.sizes.items():
             text = re.sub(rf"(?<![A-Za-z_]){name}", repr(number), text)
-        return text
+        return f"\n{text}"
 
 
 class DataValue(Value):

@@ -24,48 +24,6 @@ class PythonPrinter(Printer):
         return f"({super().comparison(operation, left, right)[0]})", ATOM
 
 
-_LOOPS = {
-    "networks": """
-def networks(*logarithms):
-    mean, scale, low, high = NETWORKS_SCALES[:, :, None]
-    reach = FADE * (high - low)
-    x, shape = rows(logarithms)
-    x = (x - mean) / scale
-    fading = np.clip(1.0 - np.max(np.maximum(low - x, x - high) / reach, axis=0), 0.0, 1.0)
-    x = np.clip(x, low - reach, high + reach)
-    one, outputs = squashed(layer(NETWORKS_FIRST, x)), []
-    for m in range(MEMBERS):
-        own = slice(m * UNITS, (m + 1) * UNITS)
-        two = squashed(layer(NETWORKS_SECOND[:, own], one[own]))
-        outputs.append(STEP * layer(NETWORKS_LAST[:, 2 * m : 2 * m + 2], two))
-    a, b = np.moveaxis(np.array(outputs), 1, 0)
-    p, q = a - a.mean(axis=0), b - b.mean(axis=0)
-    spread = ((p * p).mean(axis=0), (p * q).mean(axis=0), (q * q).mean(axis=0))
-    found = fading * fading * (3.0 - 2.0 * fading), a.mean(axis=0), b.mean(axis=0), *spread
-    return [part.reshape(shape) for part in found]
-
-
-def layer(weights, x):
-    return weights[:-1].T @ x + weights[-1][:, None]
-
-
-def squashed(z):
-    return STEP * z / np.sqrt(1.0 + (STEP * z) ** 2)
-""",
-    "guard": """
-def guard(*logarithms):
-    x, shape = rows(logarithms)
-    centred = x - GUARD_SCALES[0][:, None]
-    u, z = centred / GUARD_SCALES[1][:, None], GUARD_WHITENING @ centred
-    least = np.min([np.sum((z - STEP * case[:, None]) ** 2, axis=0) for case in GUARD_CASES.T], axis=0)
-    margin = np.inf
-    for i, k, *ends in GUARD_LIMITS:
-        low, high, small, large = (STEP * end for end in ends)
-        for value, one, other in ((u[i] + u[k], low, high), (u[i] - u[k], small, large)):
-            margin = np.minimum(margin, np.minimum(value - one, other - value))
-    return [part.reshape(shape) for part in (np.sqrt(least), np.sqrt(np.sum(z * z, axis=0)), margin)]
-""",
-}
 _ROWS = """
 def rows(logarithms):
     x = np.clip(np.array(np.broadcast_arrays(*logarithms)), -1e3, 1e3)
@@ -79,7 +37,7 @@ def _data_functions(program: Program) -> list[str]:
         for name, rows in function.arrays.items():
             lines += [f"{function.name}_{name} = np.array([".upper().replace("NP.ARRAY", "np.array")]
             lines += [number_rows(rows, "    ", "[]"), "])"]
-        lines.append(function.filled(_LOOPS[function.name]))
+        lines.append(function.loop("_numpy.txt"))
     return lines
 
 
