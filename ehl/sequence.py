@@ -33,12 +33,8 @@ if TYPE_CHECKING:
 START_DROPPED = "neighbour_too_far"  # fallback of the smooth solver for an unsuitable initial guess
 REFUSED = "refused"
 MOTION = (
-    "radius_equivalent",
-    "effective_modulus",
-    "pressure_hertz",
-    "speed_entrainment",
-    "slide_to_roll",
-    "speed_sliding_lengthwise",
+    *("radius_equivalent", "effective_modulus", "pressure_hertz", "speed_entrainment"),
+    *("slide_to_roll", "speed_sliding_lengthwise"),
 )
 
 

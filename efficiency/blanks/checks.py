@@ -13,19 +13,8 @@ from efficiency.cutting.process import PROCESSES
 from ehl.common.errors import InputError
 
 KINDS = (
-    "undercut",
-    "top_land",
-    "slot_width",
-    "slot_taper",
-    "cutter_radius",
-    "face_width",
-    "spiral_angle",
-    "offset",
-    "clearance",
-    "contact_ratio",
-    "depth_taper",
-    "common_factor",
-    "tangency",
+    *("undercut", "top_land", "slot_width", "slot_taper", "cutter_radius", "face_width", "spiral_angle", "offset"),
+    *("clearance", "contact_ratio", "depth_taper", "common_factor", "tangency"),
 )
 
 TOP_LAND = 0.25  # of m_mn, M

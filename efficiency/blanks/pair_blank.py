@@ -357,11 +357,8 @@ def _rating(
 _MEMBER = tuple(f.name for f in fields(MemberBlank) if f.type is float)
 _PAIR = tuple(f.name for f in fields(PairBlank) if f.type is float)
 _VIRTUAL = (
-    "contact_ratio_profile",
-    "contact_ratio_overlap",
-    "contact_ratio_total",
-    "contact_ratio_overlap_full",
-    "relative_radius",
+    *("contact_ratio_profile", "contact_ratio_overlap", "contact_ratio_total"),
+    *("contact_ratio_overlap_full", "relative_radius"),
 )
 _AT_PLACES = ("normal_thickness", "top_land", "slot_width")
 _DECIMALS = 12  # in SI; smaller values are rounding error

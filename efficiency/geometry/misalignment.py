@@ -33,12 +33,8 @@ if TYPE_CHECKING:
 
 # columns of a state under load
 LOADED = (
-    "transmission_error_loaded",
-    "pressure_hertz_max",
-    "edge_load_share",
-    "load_centre_u",
-    "power_loss",
-    "efficiency",
+    *("transmission_error_loaded", "pressure_hertz_max", "edge_load_share", "load_centre_u"),
+    *("power_loss", "efficiency"),
 )
 QUANTILES = (0.05, 0.5, 0.95)
 DEVIATIONS = tuple(FlankDeviation.model_fields)

@@ -75,15 +75,8 @@ _UNKNOWN: dict[str, Any] = dict.fromkeys(
     math.nan,
 ) | {"errors": EfficiencyErrors(*(math.nan,) * 4)}
 RANGES = (
-    "pressure_hertz",
-    "radius_equivalent",
-    "speed_entrainment",
-    "slide_to_roll",
-    "slide_to_roll_total",
-    "speed_sliding",
-    "speed_sliding_lengthwise",
-    "load_per_length",
-    "film_ratio_formula",
+    *("pressure_hertz", "radius_equivalent", "speed_entrainment", "slide_to_roll", "slide_to_roll_total"),
+    *("speed_sliding", "speed_sliding_lengthwise", "load_per_length", "film_ratio_formula"),
 )
 
 

@@ -94,24 +94,14 @@ _MAX_WIDTHS = 7
 _SHIFTS = {name: value_range_of(Misalignment, name) for name in Misalignment.model_fields}
 
 FIGURES = (
-    "power_loss",
-    "pressure_hertz_max",
-    "pressure_flank",
-    "transmission_error_loaded",
-    "edge_load_share",
-    "root_stress_pinion",
-    "root_stress_gear",
-    "temperature_flash",
+    *("power_loss", "pressure_hertz_max", "pressure_flank", "transmission_error_loaded", "edge_load_share"),
+    *("root_stress_pinion", "root_stress_gear", "temperature_flash"),
 )
 """Possible objectives and limits; all are to be minimised."""
 OBJECTIVES = ("power_loss", "pressure_hertz_max", "transmission_error_loaded")
 LIMITS = (
-    "pressure_hertz_max",
-    "pressure_flank",
-    "transmission_error_loaded",
-    "edge_load_share",
-    "root_stress_pinion",
-    "root_stress_gear",
+    *("pressure_hertz_max", "pressure_flank", "transmission_error_loaded", "edge_load_share"),
+    *("root_stress_pinion", "root_stress_gear"),
 )
 EDGE_FREE = 1e-3
 """Share of the torque at edges that is negligible: threshold of the note of the strength."""

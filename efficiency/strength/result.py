@@ -19,18 +19,9 @@ if TYPE_CHECKING:
 Level = Literal["note", "warning"]
 
 _SHOWN = (
-    "pressure_flank",
-    "contact_endurance",
-    "safety_contact",
-    "root_stress_pinion",
-    "root_stress_gear",
-    "safety_root_pinion",
-    "safety_root_gear",
-    "temperature_flash",
-    "temperature_integral",
-    "safety_scuffing",
-    "film_specific",
-    "safety_micropitting",
+    *("pressure_flank", "contact_endurance", "safety_contact", "root_stress_pinion", "root_stress_gear"),
+    *("safety_root_pinion", "safety_root_gear", "temperature_flash", "temperature_integral", "safety_scuffing"),
+    *("film_specific", "safety_micropitting"),
 )
 
 
