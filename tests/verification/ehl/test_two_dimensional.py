@@ -22,6 +22,10 @@ SEEDS = range(1, 7)
         (0.6e-6, 40e-6, 3.0, 0.503e-6, 0.0023, 0.0222),
         (1.2e-6, 40e-6, 3.0, 0.794e-6, 0.074, 0.0280),
         (1.2e-6, 40e-6, 20.0, 1.05e-6, 0.038, 0.0226),
+        # of our own program (validation/rough_2d.py); the first two served to choose MARKS_ALONG, the third did not
+        (0.3e-6, 40e-6, 0.5, 0.312e-6, 0.024, 0.0253),
+        (0.6e-6, 40e-6, 0.5, 0.467e-6, 0.294, 0.0447),
+        (0.6e-6, 40e-6, 0.7, 0.465e-6, 0.135, 0.0329),
     ],
 )
 def test_shares_films_and_friction_of_two_dimensional_solutions(
