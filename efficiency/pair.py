@@ -39,6 +39,7 @@ from ehl.common.progress import ProgressCallback
 from ehl.common.table import Table
 from ehl.common.threads import one_thread
 from ehl.fluid.oil import Oil
+from ehl.surface.finish import State
 from regression.friction.models import FrictionModel
 
 if TYPE_CHECKING:
@@ -53,7 +54,6 @@ if TYPE_CHECKING:
     from efficiency.strength.root_stress import RootTooth
     from efficiency.vehicle.axle_test import AxleTest
     from efficiency.vehicle.loss_map import AxleLosses, LossMap
-    from ehl.surface.finish import State
     from regression.plan.operating_range import WeightedPoints
 
     Axle = AxleLosses | Path | str | Mapping[str, Value]

@@ -13,16 +13,17 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
 from efficiency.axle.axle import BALANCE, Axle
 from efficiency.axle.result import SOURCES, AxleResult
 from efficiency.conditions.conditions import default_friction
-from efficiency.design.design import MISALIGNMENTS, bevel_names
-from efficiency.loss.efficiency_result import pair_notes
+from efficiency.design.design import MISALIGNMENTS, Design, bevel_names
+from efficiency.loss.efficiency_result import EfficiencyResult, pair_notes
 from efficiency.machine_settings.inputs import SettingsInput, load_targets, targets_next_to
+from efficiency.machine_settings.settings_result import SettingsResult
 from efficiency.machine_settings.solve import machine_settings
 from efficiency.mesh import LoadedMesh
 from efficiency.optimisation.problem import VARIABLES, start_value, with_values
@@ -32,18 +33,13 @@ from efficiency.pair import GearPair
 from ehl.common.data import data_names, data_path
 from ehl.common.errors import InputError, MixedEhlError
 from ehl.common.files import toml_text
+from ehl.common.notes import Note
 from ehl.common.units import UNITS
 from ehl.common.validation import read_toml
 from ehl.contact import Contact
+from ehl.surface.finish import State
 from regression.formula import shipped_formulas
 from regression.friction.published_registry import PUBLISHED, model_label
-
-if TYPE_CHECKING:
-    from efficiency.design.design import Design
-    from efficiency.loss.efficiency_result import EfficiencyResult
-    from efficiency.machine_settings.settings_result import SettingsResult
-    from ehl.common.notes import Note
-    from ehl.surface.finish import State
 
 # fields of a scene with a number, by the keyword of the Python interface: unit, label
 FIELDS: dict[str, tuple[str, str]] = {

@@ -8,20 +8,16 @@ the cutter.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from efficiency.contact.gear_flanks import MEMBERS, GearFlanks, Member
+from efficiency.cutting.blank import Blank
+from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import CutFlank, Flank, FlankPoints
 from efficiency.cutting.limits import flank_limits
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError, InputError
-
-if TYPE_CHECKING:
-    from efficiency.cutting.blank import Blank
-    from efficiency.cutting.cutter import FlankSide
-    from efficiency.cutting.flank import Flank, FlankPoints
 
 
 @dataclass(frozen=True)

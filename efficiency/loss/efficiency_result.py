@@ -20,6 +20,7 @@ from ehl.common.pages import Reportable
 from ehl.common.threads import one_thread
 from ehl.fluid.oil import Oil
 from ehl.uncertainty.result import InputUncertainty, score_of
+from ehl.uncertainty.spread import UncertaintyInput
 from regression.friction.models import FrictionEstimate, FrictionModel
 
 if TYPE_CHECKING:
@@ -27,7 +28,6 @@ if TYPE_CHECKING:
 
     from efficiency.ltca.shaft_forces import MeshForces
     from efficiency.strength.result import Strength
-    from ehl.uncertainty.spread import UncertaintyInput
 
 
 LoadBalance = Literal["frictional", "frictionless"]

@@ -16,9 +16,9 @@ from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.machine_settings.design_file import targets_text
 from efficiency.machine_settings.inputs import targets_next_to
 from efficiency.optimisation.check import CHECK_GRID
-from efficiency.optimisation.evaluation import duty_results, settings_of, targets_of
+from efficiency.optimisation.evaluation import Evaluation, duty_results, settings_of, targets_of
 from efficiency.optimisation.problem import EDGE_FREE, START, state_text
-from efficiency.optimisation.result import state_of
+from efficiency.optimisation.result import Candidate, Optimisation, state_of
 from efficiency.output.flank_map import FlankMap
 from efficiency.output.gear_report import SPIN
 from efficiency.output.plots_flank import LOSS, PRESSURE, contact_figure, field_figure, field_values
@@ -37,8 +37,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from efficiency.optimisation.evaluation import Evaluation
-    from efficiency.optimisation.result import Candidate, Optimisation
 
 _LIGHT = "0.8"
 # axes end at this multiple of the start, so that the front remains visible

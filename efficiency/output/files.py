@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,19 +18,15 @@ from efficiency.contact.conjugate import COLUMNS
 from efficiency.contact.flank_pair import flank_pair
 from efficiency.contact.gear_flanks import MEMBERS, SIDES, Member
 from efficiency.contact.tooth_grid import ToothGrid, tooth_grid
+from efficiency.cutting.cutter import FlankSide
+from efficiency.cutting.flank import Flank
+from efficiency.design.design import Design
 from efficiency.output.machine_summary import Units, write_sheet, write_summary
 from efficiency.output.solid import member_solid, tooth_space_solid, write_stl
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError, InputError, check_count
 from ehl.common.files import write_file
 from ehl.common.units import ValueRange
-
-if TYPE_CHECKING:
-    from efficiency.contact.gear_flanks import Member
-    from efficiency.cutting.cutter import FlankSide
-    from efficiency.cutting.flank import Flank
-    from efficiency.design.design import Design
-
 
 FORMAT = "mixed-ehl flank grid v1"
 GRID_COLUMNS = "row,column,x,y,z,nx,ny,nz"

@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
-from efficiency.design.design import Design
+from efficiency.conditions.grid import Grid
+from efficiency.design.design import Design, FlankSurfaceInput, MemberInput, PairDesign
 from efficiency.geometry.design_drawing import design_drawing
 from efficiency.geometry.pair_geometry import geometry_notes
 from efficiency.loss.efficiency import measured_states
-from efficiency.loss.efficiency_result import pair_notes
+from efficiency.loss.efficiency_result import EfficiencyResult, pair_notes
 from efficiency.output import plots_flank as flank_plots
 from efficiency.output import tables
 from efficiency.output.flank_map import FlankMap
@@ -42,10 +43,7 @@ from ehl.uncertainty.result import plot_sources
 from regression.friction.published_registry import model_label
 
 if TYPE_CHECKING:
-    from efficiency.conditions.grid import Grid
     from efficiency.cylindrical_gears.design import CylindricalDesign
-    from efficiency.design.design import FlankSurfaceInput, MemberInput, PairDesign
-    from efficiency.loss.efficiency_result import EfficiencyResult
 
 SPIN = "Churning, windage and bearing losses are not included."
 

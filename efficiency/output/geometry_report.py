@@ -8,7 +8,9 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from efficiency.design.design import Design
 from efficiency.geometry.design_drawing import design_drawing
+from efficiency.geometry.pair_geometry import PairGeometry, SideGeometry
 from efficiency.loss.efficiency_result import pair_notes
 from efficiency.output.machine_summary import FLANKS, SummaryRow, Units, summary_rows
 from efficiency.output.plots_geometry import (
@@ -30,9 +32,6 @@ from ehl.common.table import Column, Table
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-    from efficiency.design.design import Design
-from efficiency.geometry.pair_geometry import PairGeometry, SideGeometry
 
 SETTING_HEADER = ("setting", "unit", *FLANKS)
 

@@ -13,7 +13,7 @@ import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 from pydantic import BaseModel
 
@@ -27,9 +27,6 @@ from ehl.common.files import write_file
 from ehl.common.quantities import quantity
 from ehl.common.units import ValueRange
 from ehl.common.validation import locate_field, read_toml, validate
-
-if TYPE_CHECKING:
-    from efficiency.design.design import Design
 
 Units = Literal["metric", "inch"]
 FLANKS = ("pinion concave", "pinion convex", "gear concave", "gear convex")

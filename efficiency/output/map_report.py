@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING
 
+from efficiency.conditions.duty import DutyCycle
+from efficiency.conditions.grid import Grid
+from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.output.gear_report import SPIN, design_of, page_sections
 from efficiency.output.machine_summary import Units
 from efficiency.output.plots_load import is_map, plot_duty, plot_map
@@ -23,12 +25,6 @@ from efficiency.output.tables import (
 from ehl.common.errors import InputError
 from ehl.common.sections import Head, Item, MainResult, Medium, Picture, Row, Section, Text
 from regression.friction.published_registry import model_label
-
-if TYPE_CHECKING:
-    from efficiency.conditions.duty import DutyCycle
-    from efficiency.conditions.grid import Grid
-    from efficiency.loss.efficiency_result import EfficiencyResult
-
 
 _MAIN = (
     *("efficiency", "efficiency_error", "power_loss", "friction_coefficient_mean", "pressure_hertz_max"),

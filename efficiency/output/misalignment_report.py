@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib import colormaps
 
-from efficiency.contact.flank_pair import FlankPair, flank_pair
-from efficiency.design.design import MISALIGNMENTS
-from efficiency.geometry.misalignment import LOADED
+from efficiency.contact.flank_pair import ContactPattern, FlankPair, flank_pair
+from efficiency.design.design import MISALIGNMENTS, Design
+from efficiency.geometry.misalignment import LOADED, MisalignmentGrid, MisalignmentPoint, MisalignmentStudy
 from efficiency.ltca.limits import EDGE_LIMIT
 from efficiency.output.plots_geometry import flank_axes, flank_figure
 from ehl.common.arrays import FloatArray
@@ -27,10 +27,6 @@ from ehl.common.units import ARCSEC
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-    from efficiency.contact.flank_pair import ContactPattern
-    from efficiency.design.design import Design
-    from efficiency.geometry.misalignment import MisalignmentGrid, MisalignmentPoint, MisalignmentStudy
 
 
 _PATTERNS = 7

@@ -16,6 +16,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from efficiency.contact.tooth_grid import ToothGrid, tooth_grid
+from efficiency.cutting.blank import Blank
 from efficiency.output.plots_flank import COLOURS, line_pieces, outline
 from ehl.common.arrays import FloatArray
 from ehl.common.figures import BLUE, GREY, ORANGE, figure_of, new_figure
@@ -27,7 +28,6 @@ if TYPE_CHECKING:
     from efficiency.contact.contact_lines import MeshPosition
     from efficiency.contact.contact_search import ContactPath
     from efficiency.contact.flank_pair import ContactPattern, FlankPair
-    from efficiency.cutting.blank import Blank
     from efficiency.design.design import Design
     from efficiency.geometry.pair_geometry import SideGeometry
 

@@ -14,13 +14,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from efficiency.loss.efficiency_result import pair_notes
+from efficiency.loss.efficiency_result import EfficiencyResult, pair_notes
 from efficiency.loss.power_loss import FACES, HEIGHTS, friction_along_mesh
 from ehl.common.data import reason_text
+from ehl.common.notes import Note
 from ehl.common.quantities import quantity
 from ehl.common.sections import Notes
 from ehl.common.table import Column, Table, cell
 from ehl.state import ContactState
+from ehl.uncertainty.result import InputUncertainty
 from regression.friction.models import FrictionFlag
 from regression.friction.published_registry import model_label
 
@@ -28,9 +30,6 @@ if TYPE_CHECKING:
     from efficiency.conditions.duty import DutyCycle
     from efficiency.conditions.grid import Grid
     from efficiency.loss.compare import Comparison
-    from efficiency.loss.efficiency_result import EfficiencyResult
-    from ehl.common.notes import Note
-    from ehl.uncertainty.result import InputUncertainty
 
 
 def result_notes(

@@ -15,7 +15,7 @@ from efficiency.design.design import MISALIGNMENTS
 from efficiency.loss.efficiency_result import pair_notes
 from efficiency.output.gear_report import SPIN
 from efficiency.output.tables import outside_note, percent
-from efficiency.studies.parameter_study import StudyPoint, level_quantity
+from efficiency.studies.parameter_study import Study, StudyPoint, level_quantity
 from ehl.common.data import reason_text
 from ehl.common.figures import BLUE, GREY, ORANGE, axes_or_new, new_figure, panels
 from ehl.common.notes import Note
@@ -27,8 +27,6 @@ from regression.friction.published_registry import model_label
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-    from efficiency.studies.parameter_study import Study
 
 
 _MARKERS = "os^vD<>P"

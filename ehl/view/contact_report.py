@@ -17,21 +17,20 @@ from ehl.common.notes import CONTACT_NOTES, Note, group_notes
 from ehl.common.quantities import axis_label, quantity, to_display
 from ehl.common.sections import Folded, Head, Item, KeyFigures, MainResult, Medium, Notes, Picture, Row, Section, Text
 from ehl.common.table import Table
+from ehl.heat.traction import ThermalTraction
+from ehl.inputs import ContactProblem
+from ehl.line_contact import LineContact
 from ehl.rough import TransientResult
 from ehl.rough.accuracy import BATCH
 from ehl.rough.averaging import MIN_BATCHES, batch_means
 from ehl.rough.mixed import rough_surfaces
 from ehl.surface.roughness import RoughProfile, autocorrelation
-from ehl.uncertainty.result import plot_sources
+from ehl.uncertainty.result import InputUncertainty, plot_sources
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from ehl.heat.traction import ThermalTraction
-    from ehl.inputs import ContactProblem
-    from ehl.line_contact import LineContact
     from ehl.smooth.solver import SteadyResult
-    from ehl.uncertainty.result import InputUncertainty
 
 DARK, RED = "#222831", "#a3242c"
 SURFACES = (BLUE, ORANGE)
