@@ -12,17 +12,8 @@ from efficiency.design.design import Design
 from efficiency.geometry.design_drawing import design_drawing
 from efficiency.geometry.pair_geometry import PairGeometry, SideGeometry
 from efficiency.loss.efficiency_result import pair_notes
+from efficiency.output import plots_geometry as plots
 from efficiency.output.machine_summary import FLANKS, SummaryRow, Units, summary_rows
-from efficiency.output.plots_geometry import (
-    blank_figure,
-    contact_lines_figure,
-    contact_pattern_figure,
-    ease_off_figure,
-    harmonics_figure,
-    radius_figure,
-    tooth_pair_figure,
-    transmission_figure,
-)
 from ehl.common.errors import InputError
 from ehl.common.notes import Note
 from ehl.common.quantities import quantity
@@ -162,21 +153,23 @@ def side_figures(side: SideGeometry) -> Iterator[Picture]:
     def picture(what: str, caption: str, draw: Callable[..., Figure | Axes], *args: Any) -> Picture:
         return Picture(partial(draw, *args), caption, f"{name}_{what}")
 
-    yield picture("teeth_in_mesh", "Teeth in mesh; positions include the misalignments.", tooth_pair_figure, pair)
+    yield picture("teeth_in_mesh", "Teeth in mesh; positions include the misalignments.", plots.tooth_pair_figure, pair)
     caption = "Ease-off on the projection of the gear. The dashed line limits the common part of both flanks."
-    yield picture("ease_off_gear", caption, ease_off_figure, pair, path, "gear")
-    yield picture("ease_off_pinion", "Ease-off on the projection of the pinion.", ease_off_figure, pair, path, "pinion")
+    yield picture("ease_off_gear", caption, plots.ease_off_figure, pair, path, "gear")
+    yield picture(
+        "ease_off_pinion", "Ease-off on the projection of the pinion.", plots.ease_off_figure, pair, path, "pinion"
+    )
     caption = "Contact pattern: area where the distance of the flanks is below the thickness of the marking compound."
     for member, text in (("gear", caption), ("pinion", "Contact pattern on the pinion.")):
-        yield picture(f"contact_pattern_{member}", text, contact_pattern_figure, pair, side.pattern, path, member)
+        yield picture(f"contact_pattern_{member}", text, plots.contact_pattern_figure, pair, side.pattern, path, member)
     caption = "Unloaded transmission error, negative where the gear lags. The dotted line indicates edge contact."
-    yield picture("transmission_error", caption, transmission_figure, side)
+    yield picture("transmission_error", caption, plots.transmission_figure, side)
     caption = "Amplitudes at multiples of the mesh frequency, for all tooth pairs together."
-    yield picture("harmonics", caption, harmonics_figure, side)
+    yield picture("harmonics", caption, plots.harmonics_figure, side)
     caption = "Potential contact lines of all positions of a pitch. Black: all tooth pairs at one position."
-    yield picture("contact_lines", caption, contact_lines_figure, pair, side.cycle, path)
+    yield picture("contact_lines", caption, plots.contact_lines_figure, pair, side.cycle, path)
     caption = "Equivalent radius normal to the contact line, along selected lines."
-    yield picture("equivalent_radius", caption, radius_figure, pair, side.cycle)
+    yield picture("equivalent_radius", caption, plots.radius_figure, pair, side.cycle)
 
 
 def geometry_sections(geometry: PairGeometry, medium: Medium, units: Units = "metric") -> list[Section]:
@@ -191,7 +184,7 @@ def geometry_sections(geometry: PairGeometry, medium: Medium, units: Units = "me
         f"Computed in {geometry.seconds:.2f} s for unloaded, rigid flanks.",
     )
     of_sides = {name: list(side_figures(side)) for name, side in geometry.sides.items()}
-    axial_section = Picture(partial(blank_figure, design), AXIAL_SECTION, "blank_section")
+    axial_section = Picture(partial(plots.blank_figure, design), AXIAL_SECTION, "blank_section")
     return [
         Section("", [head, *_headline(geometry), _notes(geometry)]),
         *(Section(f"{name.capitalize()} side", [wide, Row(others)]) for name, (wide, *others) in of_sides.items()),
@@ -206,7 +199,7 @@ def plot_geometry(geometry: PairGeometry, ax: Axes | None) -> Axes:
     if not geometry.sides:
         raise InputError("plot", geometry.reason, "a geometry with at least one computed side")
     side = next(iter(geometry.sides.values()))
-    return contact_pattern_figure(side.pair, side.pattern, side.pair.path, "gear", ax)
+    return plots.contact_pattern_figure(side.pair, side.pattern, side.pair.path, "gear", ax)
 
 
 def _notes(geometry: PairGeometry) -> Notes:

@@ -9,19 +9,10 @@ from functools import partial
 from efficiency.conditions.duty import DutyCycle
 from efficiency.conditions.grid import Grid
 from efficiency.loss.efficiency_result import EfficiencyResult
+from efficiency.output import tables
 from efficiency.output.gear_report import SPIN, design_of, page_sections
 from efficiency.output.machine_summary import Units
 from efficiency.output.plots_load import is_map, plot_duty, plot_map
-from efficiency.output.tables import (
-    duty_notes,
-    duty_table,
-    efficiency_grids,
-    grid_notes,
-    map_table,
-    map_tables,
-    percent,
-    remarks_table,
-)
 from ehl.common.errors import InputError
 from ehl.common.sections import Head, Item, MainResult, Medium, Picture, Row, Section, Text
 from regression.friction.published_registry import model_label
@@ -44,20 +35,20 @@ def map_sections(grid: Grid, medium: Medium, units: Units = "metric") -> list[Se
     first = grid.results[0]
     title = f"{first.design}, {first.side}: map, friction: {model_label(first.friction_model)}"
     if medium == "files":
-        return [Section("", [Head(title), *map_tables(grid)])]
+        return [Section("", [Head(title), *tables.map_tables(grid)])]
     if medium == "terminal":
         skipped = dict.fromkeys(text for result in grid.results for text in result.skipped)
-        below: list[Item] = [grid_notes(grid), *(Text(f"neglected: {text}") for text in skipped)]
+        below: list[Item] = [tables.grid_notes(grid), *(Text(f"neglected: {text}") for text in skipped)]
         below += [Text(grid.interpolation)] if grid.interpolation else []
-        return [Section("", [*(efficiency_grids(grid) if is_map(grid) else [map_table(grid)]), *below])]
+        return [Section("", [*(tables.efficiency_grids(grid) if is_map(grid) else [tables.map_table(grid)]), *below])]
     if is_map(grid):
         found = page_sections(nearest_point(grid), grid, units)
         # only the figures of the map are written as files
         return [found[0], found[1], *(Section(part.title, [_unnamed(x) for x in part.items]) for part in found[2:])]
     lines = Picture(partial(plot_map, grid), "Mesh efficiency over the axes.", "efficiency")
     return [
-        Section("", [Head(title, footer=SPIN), grid_notes(grid)]),
-        Section("Efficiency", [lines, map_table(grid, _MAIN)]),
+        Section("", [Head(title, footer=SPIN), tables.grid_notes(grid)]),
+        Section("Efficiency", [lines, tables.map_table(grid, _MAIN)]),
     ]
 
 
@@ -84,18 +75,19 @@ def duty_sections(duty: DutyCycle, medium: Medium, units: Units = "metric") -> l
     """Sections of a duty cycle."""
     title = f"{duty.design}: duty cycle, friction: {model_label(duty.friction_model)}"
     if medium == "files":
-        return [Section("", [Head(title), duty_table(duty), remarks_table(duty.results)])]
+        return [Section("", [Head(title), tables.duty_table(duty), tables.remarks_table(duty.results)])]
     if medium == "terminal":
         unlike = [] if all(result.status == "converged" for result in duty.results) else ["status", "reason"]
-        return [Section("", [duty_table(duty).select([*_DUTY, *unlike]), duty_notes(duty)])]
+        return [Section("", [tables.duty_table(duty).select([*_DUTY, *unlike]), tables.duty_notes(duty)])]
     inputs = duty.inputs
-    known = [(f"±\N{NO-BREAK SPACE}{percent(duty.efficiency_error, 4)} %", "numerical error")]
+    known = [(f"±\N{NO-BREAK SPACE}{tables.percent(duty.efficiency_error, 4)} %", "numerical error")]
     if inputs.low < inputs.high:
-        interval = f"{percent(inputs.low, 2)} to {percent(inputs.high, 2)} %"
-        known.insert(0, (interval, f"{percent(inputs.level, 0)} % interval from uncertain inputs"))
-    value = f"{percent(duty.efficiency, 2)} %" if math.isfinite(duty.efficiency) else "no result"
+        interval = f"{tables.percent(inputs.low, 2)} to {tables.percent(inputs.high, 2)} %"
+        known.insert(0, (interval, f"{tables.percent(inputs.level, 0)} % interval from uncertain inputs"))
+    value = f"{tables.percent(duty.efficiency, 2)} %" if math.isfinite(duty.efficiency) else "no result"
+    answer = MainResult(value, "efficiency of the cycle", known)
     energy = Picture(partial(plot_duty, duty), "Energy loss at each operating point.", "duty")
     return [
-        Section("", [Head(title, footer=SPIN), MainResult(value, "efficiency of the cycle", known), duty_notes(duty)]),
-        Section("Energies", [energy, replace(duty_table(duty), title="")]),
+        Section("", [Head(title, footer=SPIN), answer, tables.duty_notes(duty)]),
+        Section("Energies", [energy, replace(tables.duty_table(duty), title="")]),
     ]

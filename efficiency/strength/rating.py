@@ -22,16 +22,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike
 
-from efficiency.blanks.iso_10300 import (
-    RZ_OF_RQ,
-    STRESS_CORRECTION,
-    lubricant_factor,
-    notch_factor,
-    roughness_factor,
-    size_factor,
-    speed_factor,
-    surface_factor,
-)
+from efficiency.blanks import iso_10300 as iso
 from efficiency.blanks.rating import ROOT_ROUGHNESS
 from efficiency.contact.mesh_surface import EDGES
 from efficiency.ltca.limits import EDGE_LIMIT, EDGE_NOTE, EdgeLoad, edges_carry, flank_place
@@ -172,7 +163,7 @@ def rate_strength(
         text = f"contact_endurance is missing in the material of {unknown}: not graded"
         grades.append(Grade("contact endurance", "note", text))
     grades += _edge_grades(edges, first, shakes)
-    rz = RZ_OF_RQ * 0.5 * sum(local.roughness)
+    rz = iso.RZ_OF_RQ * 0.5 * sum(local.roughness)
     factors = _contact_factors(endurance, local, rz, float(loaded["radius_equivalent"][worst]))
     safety = endurance * math.prod(factors.values()) / flank if flank > 0.0 else math.nan
     if safety < 1.0 and flank <= endurance:
@@ -195,7 +186,7 @@ def rate_strength(
             continue
         own = _root_factors(stress, local.module)
         factors |= {f"{name}_{member}": value for name, value in own.items()}
-        allowed = material.bending_endurance * STRESS_CORRECTION * math.prod(own.values())
+        allowed = material.bending_endurance * iso.STRESS_CORRECTION * math.prod(own.values())
         safeties[-1] = allowed / stress.tension
         if stress.tension > allowed:
             text = (
@@ -297,16 +288,16 @@ def _contact_factors(endurance: float, local: LocalConditions, rz: float, radius
     if not math.isfinite(endurance):
         return {}
     return {
-        "Z_L": lubricant_factor(endurance, local.viscosity_40),
-        "Z_v": speed_factor(endurance, local.speed),
-        "Z_R": roughness_factor(endurance, rz, radius),
+        "Z_L": iso.lubricant_factor(endurance, local.viscosity_40),
+        "Z_v": iso.speed_factor(endurance, local.speed),
+        "Z_R": iso.roughness_factor(endurance, rz, radius),
         "Z_Hyp": local.hypoid,
     }
 
 
 def _root_factors(stress: RootStress, module: float) -> dict[str, float]:
     return {
-        "Y_delta_relT": notch_factor(stress.notch),
-        "Y_R_relT": surface_factor(ROOT_ROUGHNESS),
-        "Y_X": size_factor(module),
+        "Y_delta_relT": iso.notch_factor(stress.notch),
+        "Y_R_relT": iso.surface_factor(ROOT_ROUGHNESS),
+        "Y_X": iso.size_factor(module),
     }
