@@ -276,7 +276,7 @@ def fit(
         they are not fitted.
     oil : str, optional
         The oil of coefficients, errors, range and interval, if the data have several; networks are trained on the
-        contacts of all. A further oil is best fitted together with the shipped datasets.
+        contacts of all and tuned to those of this oil. A further oil is best fitted together with the shipped datasets.
     jobs : int, optional
         Worker processes that train the networks, if that takes long; default: all processors.
 

@@ -61,7 +61,7 @@ def sweep(oil: str, jobs: int | None) -> None:
 
 
 def fit(names: Sequence[str] = ("gear", *OILS)) -> None:
-    """Fit the networks to the data of all oils, with errors stated of all and of each, and each oil's short form."""
+    """Fit the networks to the data of all oils (`gear`), tune them to each oil, and fit each oil's short form."""
     runs = {kind: [DATA / "datasets" / f"gear_{oil}{kind}.h5" for oil in OILS] for kind in KINDS}
     for name in names:
         formula = regression.fit(

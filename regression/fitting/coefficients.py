@@ -9,9 +9,9 @@ Each network of the ensemble starts from different random weights, or from train
 """
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import cast
+from typing import TypeVar, cast
 
 import numpy as np
 import pandas as pd
@@ -26,8 +26,12 @@ from regression.friction.families import Family
 from regression.friction.fitted import FittedFormula, friction_of_form
 from regression.friction.network import DIGITS, FILM_PART, FILM_POWER, INPUTS, Network, parts_of_form, squashed
 
-MEMBERS, UNITS_OF_A_LAYER = 5, 16
-_STEPS = 500
+Single = NDArray[np.float32]
+Number = TypeVar("Number", bound=np.generic)
+
+MEMBERS, UNITS_OF_A_LAYER = 3, 19
+_STEPS = 1000
+_BLOCK = 1024  # cases of a block whose units fit into the cache
 _DIGITS = 6  # decimals of means and scales
 # tuned on 75W90 and FVA3 for points that were not fitted and contacts along gear meshes
 _DECAY = 5.0  # weight decay of a dataset, divided by its number of cases
@@ -79,6 +83,7 @@ def train(
         mu[known],
         deviation[known],
         None if computed is None else (computed[0][known], computed[1][known]),
+        network.units,
     )
     if trained is None:
         members = [problem.solved(problem.random(np.random.default_rng(seed))) for seed in range(1, MEMBERS + 1)]
@@ -123,58 +128,65 @@ class _Problem:
         mu: Array,
         deviation: Array,
         computed: tuple[Array, Array] | None,
+        units: int,
     ) -> None:
-        self.x, self.part, self.boundary_friction = x, part, boundary_friction
         with np.errstate(divide="ignore"):
-            self.logit = np.clip(np.log(odds), -30.0, 30.0)
-        self.mu, self.deviation, self.computed = mu, deviation, computed
-        n, d = UNITS_OF_A_LAYER, x.shape[1]
+            logit = np.clip(np.log(odds), -30.0, 30.0)
+        # single precision is twice as fast, and its errors are far below those of the cases
+        cases = [logit, part, boundary_friction, mu, deviation, *(computed or ())]
+        self.x, *self.cases = (values.astype(np.float32) for values in (x, *cases))
+        n, d = units, x.shape[1]
         self.shapes = ((n, d + 1), (n, n + 1), (2, n + 1))
         self.decay, self.held = _DECAY / len(mu), np.zeros(0)
 
-    def layers(self, weights: Array) -> list[Array]:
+    def layers(self, weights: NDArray[Number]) -> list[NDArray[Number]]:
         """Weights of each layer, biases last."""
         ends = np.cumsum([rows * columns for rows, columns in self.shapes])[:-1]
         return [part.reshape(shape) for part, shape in zip(np.split(weights, ends), self.shapes, strict=True)]
 
     def loss(self, weights: Array) -> tuple[float, Array]:
         """Mean loss with weight decay, and its gradient."""
-        first, second, last = self.layers(weights)
-        one = squashed(self.x @ first[:, :-1].T + first[:, -1])
+        layers, value = self.layers(weights.astype(np.float32)), 0.0
+        gradient = [np.zeros_like(layer) for layer in layers]
+        for start in range(0, len(self.x), _BLOCK):
+            value += self._add(slice(start, start + _BLOCK), layers, gradient)
+        moved = weights - self.held if self.held.size else weights
+        count, flat = len(self.x), np.concatenate([part.ravel() for part in gradient]).astype(float)
+        return value / count + 0.5 * self.decay * float(moved @ moved), flat / count + self.decay * moved
+
+    def _add(self, block: slice, layers: Sequence[Single], gradient: Sequence[Single]) -> float:
+        """Loss of a block of cases; its gradient is added."""
+        first, second, last = layers
+        x, (logit, part, mu_b, found, deviation, *computed) = self.x[block], (values[block] for values in self.cases)
+        one = squashed(x @ first[:, :-1].T + first[:, -1])
         two = squashed(one @ second[:, :-1].T + second[:, -1])
         shift, stretch = (two @ last[:, :-1].T + last[:, -1]).T
-        share = 1.0 / (1.0 + np.exp(-np.clip(self.logit + shift, -50.0, 50.0)))
-        film = self.part * (1.0 - share) ** FILM_POWER * np.exp(np.clip(stretch, -20.0, 20.0))
-        asperity = share * self.boundary_friction
+        share = 1.0 / (1.0 + np.exp(-np.clip(logit + shift, -50.0, 50.0)))
+        film = part * (1.0 - share) ** np.float32(FILM_POWER) * np.exp(np.clip(stretch, -20.0, 20.0))
+        asperity = share * mu_b
         mu = asperity + film
         # derivatives by the logit and by the logarithm of the film part
         asperity_slope, film_slope = asperity * (1.0 - share), -FILM_POWER * share * film
-        scale = self.mu * self.deviation
-        total = (asperity_slope + film_slope) / mu / self.deviation
-        terms = [(np.log(mu / self.mu) / self.deviation, total, film / mu / self.deviation)]
-        if self.computed is not None:
-            found, sheared = self.computed
-            weight = _WEIGHT_OF_PARTS / scale
+        total = (asperity_slope + film_slope) / mu / deviation
+        terms = [(np.log(mu / found) / deviation, total, film / mu / deviation)]
+        if computed:
+            weight = _WEIGHT_OF_PARTS / (found * deviation)
             terms += [
-                (weight * (asperity - found * self.boundary_friction), weight * asperity_slope, np.zeros_like(mu)),
-                (weight * (film - sheared), weight * film_slope, weight * film),
+                (weight * (asperity - computed[0] * mu_b), weight * asperity_slope, np.zeros_like(mu)),
+                (weight * (film - computed[1]), weight * film_slope, weight * film),
             ]
-        value, slopes = 0.0, np.zeros((len(mu), 2))
+        value, slopes = 0.0, np.zeros((len(mu), 2), dtype=np.float32)
         for residual, by_shift, by_stretch in terms:
             root = np.sqrt(1.0 + residual**2)
-            value += float(np.sum(root - 1.0))
+            value += float(np.sum(root - 1.0, dtype=float))
             slopes[:, 0] += residual / root * by_shift
             slopes[:, 1] += residual / root * by_stretch
-        slopes /= len(mu)
         inner = (slopes @ last[:, :-1]) * _slope_of(two)
         outer = (inner @ second[:, :-1]) * _slope_of(one)
-        gradient = [
-            np.column_stack([down.T @ up, down.sum(axis=0)])
-            for down, up in ((outer, self.x), (inner, one), (slopes, two))
-        ]
-        flat = np.concatenate([part.ravel() for part in gradient])
-        moved = weights - self.held if self.held.size else weights
-        return value / len(mu) + 0.5 * self.decay * float(moved @ moved), flat + self.decay * moved
+        for total_of_layer, down, up in zip(gradient, (outer, inner, slopes), (x, one, two), strict=True):
+            total_of_layer[:, :-1] += down.T @ up
+            total_of_layer[:, -1] += down.sum(axis=0)
+        return value
 
     def random(self, random: np.random.Generator) -> Array:
         """Weights from which a network starts."""
@@ -186,7 +198,7 @@ class _Problem:
 
     def tuned(self, start: Array) -> tuple[tuple[int, ...], ...]:
         """As `solved`, held to the weights of a trained network."""
-        self.decay, self.held = _HOLD / len(self.mu), start
+        self.decay, self.held = _HOLD / len(self.x), start
         return self.solved(start, _TUNING_STEPS)
 
     def solved(self, start: Array, steps: int = _STEPS) -> tuple[tuple[int, ...], ...]:
@@ -198,7 +210,7 @@ class _Problem:
         return tuple(tuple(map(int, row)) for layer in self.layers(rounded) for row in layer)
 
 
-def _slope_of(squashed: Array) -> Array:
+def _slope_of(squashed: Single) -> Single:
     """ds/dz = (1 - s^2)^1.5 of the activation s(z)."""
     rest = 1.0 - squashed * squashed
     return np.asarray(rest * np.sqrt(rest))
@@ -360,11 +372,16 @@ class FittedForm:
     network: Network | None
     # coefficients of the rows of each oil, if the networks correct a form for each oil
     of_oil: Mapping[str, Coefficients] = field(default_factory=dict)
+    networks: Mapping[str, Network] = field(default_factory=dict)  # `network` tuned to the rows of each of these oils
     source: FittedFormula | None = None  # formula of other oils with these coefficients, whose networks are tuned
 
     def coefficients_of(self, oil: str | None) -> Coefficients:
         """Coefficients of an oil; those of all rows if it has none."""
         return self.of_oil.get(oil or "", self.coefficients)
+
+    def network_of(self, oil: str | None) -> Network | None:
+        """Networks of an oil; those of all rows if it has none."""
+        return self.networks.get(oil or "", self.network)
 
     def friction(self, frame: pd.DataFrame) -> tuple[Array, Array | None]:
         """mu of every row, and the standard deviation of ln mu by the networks (None without)."""
@@ -372,7 +389,7 @@ class FittedForm:
         for oil, rows in _rows_of_oils(frame, self.of_oil):
             part = frame[rows]
             values, mu_b = self.coefficients_of(oil).values, boundary_friction_of(part)
-            mu[rows], spread = friction_of_form(self.family, values, self.network, columns(part), mu_b)
+            mu[rows], spread = friction_of_form(self.family, values, self.network_of(oil), columns(part), mu_b)
             deviation[rows] = 0.0 if spread is None else spread
         return mu, None if self.network is None else deviation
 
@@ -394,7 +411,7 @@ def fit_form(
 
     frame: usable rows.
     network: add the networks (`with_networks`).
-    by_oil: coefficients of each oil, and networks that correct all of these forms.
+    by_oil: coefficients of each oil, and networks that correct all of these forms, tuned to the rows of each.
     near: fit to most of the same rows as the start, or a form with networks of other oils (`source`) to be tuned.
     Raises `InputError`: several boundary frictions that are no input of the family, or too few dimensions;
     `ConvergenceError`: the nonlinear fit did not converge.
@@ -424,16 +441,17 @@ def with_networks(form: FittedForm, frame: pd.DataFrame) -> FittedForm:
     family = form.family
     if family.parts is None:
         return form
-    parts = np.empty((2, len(frame)))
-    for oil, rows in _rows_of_oils(frame, form.of_oil):
+    parts, groups = np.empty((2, len(frame))), _rows_of_oils(frame, form.of_oil)
+    for oil, rows in groups:
         parts[:, rows] = family.parts(columns(frame[rows]), form.coefficients_of(oil).values)
-    trained = train(
-        columns(frame),
-        (parts[0], parts[1]),
-        parts_of(family, frame),
-        computed_friction(frame),
-        np.nan_to_num(frame["friction_error"].to_numpy(dtype=float)),
-        boundary_friction_of(frame),
-        form.network,
-    )
-    return replace(form, network=trained)
+
+    def trained(rows: NDArray[np.bool_], start: Network | None) -> Network:
+        part = frame[rows]
+        error = np.nan_to_num(part["friction_error"].to_numpy(dtype=float))
+        computed, mu_b = parts_of(family, part), boundary_friction_of(part)
+        form_parts = parts[0, rows], parts[1, rows]
+        return train(columns(part), form_parts, computed, computed_friction(part), error, mu_b, start)
+
+    network = trained(np.ones(len(frame), dtype=bool), form.network)
+    own = {oil: trained(rows, network) for oil, rows in groups if oil is not None}
+    return replace(form, network=network, networks=own)

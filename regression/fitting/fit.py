@@ -223,12 +223,12 @@ def fit_formula(
             if oil is not None
             else _width_of_oils_left_out(family, frame, dataset.plan_name, network=network, jobs=workers)
         )
-    # networks are trained on all rows; the following results are for the selected oil
+    # networks are trained on all rows and tuned to each oil; the following results are for the selected oil
     own = own_rows(frame, oil)
     frame, held_out = frame[own].reset_index(drop=True), held_out.of(own)
     within, _ = form.friction(frame)
     box = box_of(family, frame)
-    fitted, floor = form.coefficients_of(oil), noise_of(dataset, noise)
+    fitted, network_of_oil, floor = form.coefficients_of(oil), form.network_of(oil), noise_of(dataset, noise)
     error = np.abs(np.log(held_out.mu / computed_friction(frame)))
     noise_of_network, deviation = _with_noise(error, held_out.deviation)
     score = error if deviation is None else error / deviation
@@ -278,7 +278,7 @@ def fit_formula(
             tuned=None if form.source is None else form.source.name,
         ),
         cloud=data_cloud(columns(frame), box),
-        network=None if form.network is None else form.network.model_copy(update={"noise": noise_of_network}),
+        network=None if network_of_oil is None else network_of_oil.model_copy(update={"noise": noise_of_network}),
     )
     on_paths = kept_rows(dataset, "path")
     if paths is not None:

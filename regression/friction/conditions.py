@@ -292,4 +292,19 @@ GROUPS: dict[str, Callable[[Conditions], Array]] = {
         * np.sqrt(c["half_width"] / np.abs(c["speed_entrainment"]))
     ),
     "slide_across": lambda c: _LEAST_ACROSS + np.abs(c["slide_to_roll"]),
+    # of the film: Newtonian over Eyring stress, heating by the Eyring stress, limiting stress over it, ln of the rise
+    # of viscosity, thickness over the Hertz depth
+    "film_strain": lambda c: (
+        c["viscosity_mean_pressure"] * c["speed_sliding"] / (c["eyring_stress"] * c["film_formula"])
+    ),
+    "film_heating": lambda c: (
+        c["temperature_viscosity"]
+        * c["eyring_stress"]
+        * c["speed_sliding"]
+        * c["film_formula"]
+        / c["thermal_conductivity"]
+    ),
+    "limit_over_eyring": lambda c: c["limiting_shear_coefficient"] * c["pressure_hertz"] / c["eyring_stress"],
+    "viscosity_rise": lambda c: np.log(c["viscosity_mean_pressure"] / c["viscosity_inlet"]),
+    "film_over_depth": lambda c: c["film_formula"] * c["radius_equivalent"] / c["half_width"] ** 2,
 }

@@ -14,9 +14,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import cached_property
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from ehl.common.errors import InputError
@@ -24,13 +25,14 @@ from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel
 from regression.friction.conditions import GROUPS, UNITS, Array, Conditions
 
+Real = TypeVar("Real", np.float64, np.float32)
 Finite = Annotated[float, ValueRange("")]
 Positive = Annotated[float, ValueRange("", gt=0.0)]
 # weight of the correction, mean of both outputs over the networks, their variances and covariance
 Statistics = tuple[Array, Array, Array, Array, Array, Array]
 Evaluate = Callable[[list[Array]], Sequence[Array]]
 ODDS, FILM_PART = "asperity_odds", "film_part"  # of the closed form, inputs of the networks
-INPUTS = ("film_ratio_formula", *(name for name in GROUPS), "peklenik_number", ODDS, FILM_PART)
+INPUTS = ("film_ratio_formula", *(name for name in GROUPS), "slide_to_roll_total", "peklenik_number", ODDS, FILM_PART)
 ODDS_LIMIT = 1e3  # limit of the odds, beyond which friction does not depend on the smaller share
 FILM_POWER = 1.5  # of the load share of the film, that of the form `short`
 DIGITS = 4  # decimals of a weight
@@ -152,7 +154,7 @@ class Network(InputModel):
         return mu, np.sqrt(np.maximum(variance, 0.0) + self.noise**2)
 
 
-def squashed(z: Array) -> Array:
+def squashed(z: NDArray[Real]) -> NDArray[Real]:
     """s(z) = z/sqrt(1 + z^2), in place."""
     root = np.multiply(z, z)
     root += 1.0

@@ -109,6 +109,17 @@ def test_networks_of_same_data_are_identical(dataset: Dataset, network: FittedFo
     assert again.members == network.network.members
 
 
+def test_networks_of_several_oils_are_tuned_to_each(two_oils: Dataset) -> None:
+    frame, _ = usable_rows(rubbing_more(two_oils), corners=False)
+    form = fit_form(SHORT, frame, network=True, by_oil=True)
+    assert set(form.networks) == {"fva3", "75w90"}
+    tuned, common = (
+        np.abs(np.log(each.friction(frame)[0] / computed_friction(frame))).mean()
+        for each in (form, replace(form, networks={}))
+    )
+    assert tuned < common
+
+
 def test_networks_of_other_oils_are_tuned_to_few_contacts(monkeypatch: pytest.MonkeyPatch) -> None:
     # the file of this oil does not name FVA3, so that its networks are tuned to contacts of FVA3
     monkeypatch.setattr("regression.fitting.cross_validation.TUNED", "eaxle")
