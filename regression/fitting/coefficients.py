@@ -30,7 +30,7 @@ Single = NDArray[np.float32]
 Number = TypeVar("Number", bound=np.generic)
 
 MEMBERS, UNITS_OF_A_LAYER = 3, 19
-_STEPS = 1000
+_STEPS = (500, 2000)  # as many as there are cases, within these limits
 _BLOCK = 1024  # cases of a block whose units fit into the cache
 _DIGITS = 6  # decimals of means and scales
 # tuned on 75W90 and FVA3 for points that were not fitted and contacts along gear meshes
@@ -201,10 +201,11 @@ class _Problem:
         self.decay, self.held = _HOLD / len(self.x), start
         return self.solved(start, _TUNING_STEPS)
 
-    def solved(self, start: Array, steps: int = _STEPS) -> tuple[tuple[int, ...], ...]:
+    def solved(self, start: Array, steps: int | None = None) -> tuple[tuple[int, ...], ...]:
         """Weights of one trained network by rows, in units of their last digit."""
         from scipy.optimize import minimize
 
+        steps = int(np.clip(len(self.x), *_STEPS)) if steps is None else steps
         found = minimize(self.loss, start, jac=True, method="L-BFGS-B", options={"maxiter": steps, "maxcor": 20})
         rounded = np.rint(np.asarray(found.x) * 10.0**DIGITS).astype(int)
         return tuple(tuple(map(int, row)) for layer in self.layers(rounded) for row in layer)
