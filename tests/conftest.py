@@ -111,7 +111,7 @@ def design() -> Any:
 @pytest.fixture
 def little_training(monkeypatch: pytest.MonkeyPatch) -> None:
     """Networks of a few steps, where what follows from the fit is in question: `test_fit_checks` trains them whole."""
-    monkeypatch.setattr("regression.fitting.coefficients._STEPS", 5)
+    monkeypatch.setattr("regression.fitting.coefficients._STEPS", (5, 5))
 
 
 @pytest.fixture

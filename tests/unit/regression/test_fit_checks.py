@@ -188,7 +188,7 @@ def test_networks_keep_limits_and_bounds(dataset: Dataset, network: FittedFormul
 
 def test_networks_are_ranked_with_the_families(dataset: Dataset, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("regression.fitting.fit.FAMILIES", LINEAR)
-    monkeypatch.setattr("regression.fitting.coefficients._STEPS", 100)  # enough to be the best
+    monkeypatch.setattr("regression.fitting.coefficients._STEPS", (100, 100))  # enough to be the best
     formulas = fit_families(rubbing_more(dataset), nested=True)
     assert formulas[0].network is not None
     held_out = [formula.validation.mape for formula in formulas]
