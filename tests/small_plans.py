@@ -3,7 +3,7 @@
 from typing import Any
 
 # the command line in a process of its own, whose networks are hardly trained: how jobs follow each other is in question
-PROGRAM = "import regression.fitting.coefficients as t; t._STEPS = 5; from efficiency.cli import main; main()"
+PROGRAM = "import regression.fitting.coefficients as t; t._STEPS = (5, 5); from efficiency.cli import main; main()"
 
 # ranges of a spiral bevel pair in the middle of its duty, in which every published formula has a value
 GEAR_VARIABLES = """[variables]

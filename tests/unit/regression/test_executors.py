@@ -261,7 +261,7 @@ def test_the_estimate_is_that_of_this_engine(name: str) -> None:
     assert rough.mean() > 0.97
     seconds = frame["seconds_cpu"].to_numpy()
     assert estimate.sum() == pytest.approx(seconds.sum(), rel=0.3)
-    if seconds.max() < 4.0 * np.median(seconds):
+    if np.quantile(seconds, 0.95) < 3.0 * np.median(seconds):
         return  # along meshes all cases take about the same time
     order = np.argsort(-estimate)
     longest = np.flatnonzero(seconds[order] >= np.quantile(seconds, 0.9))
