@@ -309,7 +309,7 @@ def flattening_wave_number(correlation_length: float, gamma: float) -> float:
     gamma^`MARKS_ALONG`, after two-dimensional solutions.
     """
     k = math.sqrt(2.0 * (1.0 + 3.0 / gamma**2) / (1.0 + 1.0 / gamma**2)) / (gamma * correlation_length)
-    return k * min(gamma, 1.0) ** MARKS_ALONG
+    return float(k * min(gamma, 1.0) ** MARKS_ALONG)
 
 
 def density_ratio(pressure: FloatArray, fluid: Fluid) -> FloatArray:
