@@ -83,11 +83,21 @@ def load(name: str | Path) -> GearPair:
     """
     path = named_file("design", "designs", name)
     content = read_toml(path, "design")
-    if content.get("kind") == "cylindrical":
-        from efficiency.cylindrical_gears.design import CylindricalDesign
-
-        return CylindricalPair(validate(CylindricalDesign, content, path.name))
+    if is_cylindrical(content):
+        return CylindricalPair(cylindrical_design(content, path.name))
     return GearPair(load_design(path), keep=True)
+
+
+def is_cylindrical(content: Mapping[str, Any]) -> bool:
+    """Whether the content of a design file is a cylindrical pair."""
+    return content.get("kind") == "cylindrical"
+
+
+def cylindrical_design(content: dict[str, Any], source: str) -> CylindricalDesign:
+    """The design of a cylindrical pair; `InputError` for an invalid field, with the name of the `source`."""
+    from efficiency.cylindrical_gears.design import CylindricalDesign
+
+    return validate(CylindricalDesign, content, source)
 
 
 def cylindrical(
@@ -126,8 +136,6 @@ def cylindrical(
     >>> pair
     CylindricalPair(cylindrical_16x24: 16x24, helix 0 deg, 183 N m, 235.6 rad/s, fva3 at 363.15 K)
     """
-    from efficiency.cylindrical_gears.design import CylindricalDesign
-
     content: dict[str, Any] = {"name": f"cylindrical_{teeth[0]}x{teeth[1]}", "kind": "cylindrical"}
     content |= {"module_normal": module, "face_width": face_width}
     members: list[dict[str, Any]] = [{"teeth": count} for count in teeth]
@@ -141,7 +149,7 @@ def cylindrical(
             content["operation"][name] = value
         else:
             content[name] = value
-    return CylindricalPair(validate(CylindricalDesign, content, "cylindrical pair"))
+    return CylindricalPair(cylindrical_design(content, "cylindrical pair"))
 
 
 class CylindricalPair(GearPair):

@@ -181,20 +181,35 @@ def _plan(text: str, name: str, answers: Mapping[str, str], given: Mapping[str, 
     return text
 
 
+# head of a cylindrical pair instead of that of the template
+_CYLINDRICAL = """# Cylindrical pair: teeth, finish, operating point. Efficiency: mixed-ehl gear FILE
+# The teeth are those of <like>. Further keys, with their units in quotes:
+# helix_angle, centre_distance, load_share ("elastic" or "rigid"); of [pinion] and [gear]: profile_shift, tip_diameter,
+# tip_relief with tip_relief_length, addendum_factor, dedendum_factor, finish ("ground", ...), roughness_rms.
+#
+# Comment of the original design:
+"""
+
+
 def _design(text: str, name: str, answers: Mapping[str, str], given: Mapping[str, str]) -> str:
     from efficiency.design.design import Design
+    from efficiency.pairs import cylindrical_design, is_cylindrical
     from ehl.common.validation import validate
 
     like = answers["like"]
     head, begin, operation = text.replace("<like>", like).partition("[operation]\n")
     shipped = _shipped("designs", like)
+    cylindrical = is_cylindrical(tomllib.loads(shipped))
+    if cylindrical:
+        head = _CYLINDRICAL.replace("<like>", like)
     # keys without an answer keep the value of the design
     kept = {word: str(value) for word, value in tomllib.loads(shipped)["operation"].items()}
     made = re.sub(r"^name = .*$", lambda _: "name = <name>", shipped, count=1, flags=re.M)
     block = f"{begin}{operation}\n"
     made = re.sub(r"^\[operation\]\n(?:(?!\[).*\n)*", lambda _: block, made, count=1, flags=re.M)
     made = _filled(head + made, name, kept | {word: given[word] for word in kept if word in given})
-    validate(Design, tomllib.loads(made))
+    content = tomllib.loads(made)
+    cylindrical_design(content, name) if cylindrical else validate(Design, content)
     return made
 
 

@@ -183,7 +183,8 @@ class _Problem:
             slopes[:, 1] += residual / root * by_stretch
         inner = (slopes @ last[:, :-1]) * _slope_of(two)
         outer = (inner @ second[:, :-1]) * _slope_of(one)
-        for total_of_layer, down, up in zip(gradient, (outer, inner, slopes), (x, one, two), strict=True):
+        slopes_of_layers = [np.asarray(part, dtype=np.float32) for part in (outer, inner, slopes)]
+        for total_of_layer, down, up in zip(gradient, slopes_of_layers, (x, one, two), strict=True):
             total_of_layer[:, :-1] += down.T @ up
             total_of_layer[:, -1] += down.sum(axis=0)
         return value

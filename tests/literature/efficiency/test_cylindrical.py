@@ -125,7 +125,7 @@ def test_levers_and_friction_arms_are_those_of_the_vectors(name: str) -> None:
 def test_the_function_and_the_file_give_the_same_pair() -> None:
     made = efficiency.cylindrical(
         (20, 30), "3.5 mm", "23 mm", helix_angle="15 deg", profile_shift=(0.1809, 0.0891), torque="183.35 N m",
-        speed="2250 rpm", temperature="90 degC", oil="fva3", finish="ground", roughness_rms="0.7 um",
+        speed="2250 rpm", temperature="90 degC", oil="fva3", finish="ground", roughness_rms="0.56 um",
     )  # fmt: skip
     read = efficiency.load("fzg_h501").design
     assert isinstance(read, CylindricalDesign)

@@ -24,7 +24,7 @@ def test_range_holds_the_points_of_the_measured_states() -> None:
         for torque in (94.1, 302.0):
             loaded = mesh.load(torque)
             for oil in OILS:
-                for wheel in (200.0, 1200.0):
+                for wheel in (200.0, 2000.0):
                     speed = 1.5 * wheel * math.pi / 30.0
                     result = loaded.efficiency("constant:0.05", oil=oil, speed=speed, temperature=353.15)
                     assert result.friction_range.measured_share == 1.0

@@ -106,6 +106,17 @@ def _blank_lines(text: str) -> list[str]:
     return lines
 
 
+@pytest.mark.parametrize("like", ehl.shipped("designs"))
+def test_every_shipped_design_is_a_pattern(like: str, tmp_path: Path) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text(efficiency.new_file("design", "mine", like=like, torque="20 N m"), encoding="utf-8")
+    mine, shipped = efficiency.load(file), efficiency.load(like)
+    assert type(mine) is type(shipped)
+    assert mine.design.name == "mine"
+    assert mine.design.operation.torque == 20.0
+    assert mine.design.pinion == shipped.design.pinion
+
+
 def test_design_keeps_what_is_not_asked_for() -> None:
     text = efficiency.new_file("design", "mine", like="fh_hypoid_9x34", oil="mineral vg 150")
     mine, shipped = (
