@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 from common import command_line
-from input_sensitivities import states
+from input_sensitivities import SKEWNESS, states
 
 import efficiency
 import ehl
@@ -64,7 +64,7 @@ def contacts(count: int, formula: Formula, oil: Oil, outside: bool) -> Iterator[
         each = state["roughness_rms"] / math.sqrt(2.0)
         given = {name: value for name, value in state.items() if name != "roughness_rms"}
         rough = {"roughness_rms_1": each, "roughness_rms_2": each, "seed": 500 + number}
-        contact = ehl.Contact(oil=oil.name, **given, **rough, accuracy="fast")
+        contact = ehl.Contact(oil=oil.name, **given, **rough, skewness=SKEWNESS, accuracy="fast")
         p = drawn_contact(contact.problem(), oil, rng)
         truth = solve_contact(p)
         ends = interval.value, interval.low, interval.high

@@ -28,6 +28,7 @@ from ehl.surface.finish import HALF_RANGE, Figure, surface_uncertainty
 
 FILE = "sensitivities.csv"
 FILM_RATIOS = (0.1, 0.2, 0.4, 0.8, 1.6, 3.2)
+FILM_TO_SHARE = "boundary_film_share"  # slopes of the logit of the asperity load share with the boundary film
 
 
 @cache

@@ -1,7 +1,8 @@
 """Effect of uncertain inputs on the friction of a model: each input is varied alone, at all contact points together.
 
 The model is evaluated at both ends of the interval of each input. Inputs that a fitted formula does not contain
-(boundary film, bulk temperature, lay where the data have a single one) use slopes of solved contacts, with a note.
+(boundary film, bulk temperature, lay where the data have a single one) use slopes of solved contacts, with a note; a
+boundary film changes the asperity load share of formulas that have one.
 """
 
 import itertools
@@ -21,6 +22,7 @@ from ehl.uncertainty.contact_design import FILMS, THICK, UncertainInput, shifted
 from ehl.uncertainty.result import LEVEL, Change, InputUncertainty, score_of
 from ehl.uncertainty.spread import (
     DEFAULT,
+    FILM_TO_SHARE,
     GROUPS,
     LATERAL_CAUSE,
     SURFACE,
@@ -32,8 +34,10 @@ from ehl.uncertainty.spread import (
 from regression.friction.conditions import Array, conditions_of
 from regression.friction.fitted import FittedFormula
 from regression.friction.models import ConstantFriction, FrictionModel, joined
+from regression.friction.network import FILM_POWER
 
 STATED = "slopes of solved contacts over the film ratio, not of this model"
+STATED_SHARE = "slopes of the asperity load share of solved contacts over the film ratio"
 FORMULA = "friction formula"
 TWO_SIGMA = math.erf(math.sqrt(2.0))  # level of models that state an interval without a level
 _NOTHING = 1e-9  # largest change of ln mu of a model that does not contain an input
@@ -189,6 +193,7 @@ def friction_changes(
 
     nominal: Case = (model, state, oil)
     start, *ends = friction([nominal, *(entry.moved(nominal, z) for entry in inputs for z in (-score, score))])
+    parts = _parts(model, state, oil, start) if isinstance(model, FittedFormula) else None
     found: list[Change] = []
     model_inputs: list[UncertainInput[Case]] = []
     # terms of ln mu proportional to the score of an input: below, above
@@ -200,10 +205,15 @@ def friction_changes(
         if not nothing:
             model_inputs.append(entry)
         if fitted and (nothing or entry.input in _BESIDE):
-            stated = stated_change(entry.input, entry.spread, ratio, score)
+            stated, of = stated_change(entry.input, entry.spread, ratio, score), STATED
+            if entry.input == "boundary_film" and parts is not None:
+                stated, of = (
+                    _by_load_share(parts, stated_change(FILM_TO_SHARE, entry.spread, ratio, score)),
+                    STATED_SHARE,
+                )
             if stated is not None:
                 added[entry.name] = stated
-                low, high, note, nothing = low + stated[0], high + stated[1], f"{note}; {STATED}", False
+                low, high, note, nothing = low + stated[0], high + stated[1], f"{note}; {of}", False
         if not nothing:
             found.append(Change(entry.name, GROUPS[entry.input], entry.spread.sd, low, high, note))
     for change in (
@@ -229,6 +239,37 @@ def friction_changes(
         return changes
 
     return FrictionChanges(found, together)
+
+
+# asperity load share, friction of the asperities and of the film
+Parts = tuple[Array, Array, Array]
+
+
+def _parts(model: FittedFormula, state: ContactState, oil: Oil, mu: Array) -> Parts | None:
+    """The parts of mu of a formula that has them: friction without boundary friction is that of the film."""
+    if model.form.parts is None or model.boundary_friction <= 0.0:
+        return None
+    film = np.minimum(friction_of(_with(model, "boundary_friction", 0.0), state, oil), mu)
+    asperities = mu - film
+    return np.clip(asperities / model.boundary_friction, 1e-9, 1.0 - 1e-9), asperities, film
+
+
+def _by_load_share(parts: Parts, changes: tuple[Array, Array] | None) -> tuple[Array, Array] | None:
+    """Change of ln mu by changes of the logit of the asperity load share, below and above.
+
+    The friction of the film follows the power `FILM_POWER` of its load share, as in the networks.
+    """
+    if changes is None:
+        return None
+    share, asperities, film = parts
+
+    def moved(change: Array) -> Array:
+        odds = share / (1.0 - share) * np.exp(change)
+        new = odds / (1.0 + odds)
+        changed = asperities * new / share + film * ((1.0 - new) / (1.0 - share)) ** FILM_POWER
+        return _log_ratio(changed, asperities + film)
+
+    return moved(changes[0]), moved(changes[1])
 
 
 # a formula contains one of their effects at most: the temperature of the bodies acts in addition to that of the inlet

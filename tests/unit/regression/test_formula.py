@@ -1,6 +1,7 @@
 """Formula files and families: round trip, ranges, limits of the forms, refused files."""
 
 import json
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -14,13 +15,15 @@ from ehl.common.errors import InputError
 from ehl.contact import Contact
 from ehl.fluid.oil import Oil
 from ehl.surface.finish import Finish
+from ehl.uncertainty.spread import FILM_TO_SHARE, UncertaintyInput
 from regression.data.dataset import columns, load_dataset
 from regression.formula import Formula, friction_model
-from regression.friction.conditions import conditions_of
+from regression.friction.conditions import conditions_of, contact_points
 from regression.friction.families import FAMILIES, SHORT
 from regression.friction.fitted import FORMULA_SCHEMA
 from regression.friction.models import FrictionFlag, FrictionModel
 from regression.friction.published import XU_COEFFICIENTS, xu_kahraman_2007
+from regression.friction.uncertainty import friction_changes
 
 SCORES: dict[str, Any] = {
     "count": 64,
@@ -326,3 +329,25 @@ def test_a_finish_gives_the_roughness_of_a_contact(mixed_ehl: Callable[..., Any]
         "mu", "75w90", *options, "--temperature", "90 degC", "--roughness-rms", "0.4 um", "--finish", "ground", "--json"
     )
     assert json.loads(answer.out)["friction_coefficient"] == pytest.approx(float(by_name.mu), rel=1e-12)
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("speed", [0.05, 0.5, 20.0])
+def test_boundary_film_changes_the_load_share_of_the_asperities(monkeypatch: pytest.MonkeyPatch, speed: float) -> None:
+    """A film twice as thick at one standard deviation, a slope of 1.5: odds of the share times 2^1.5, film by hand."""
+    slopes = np.log([0.01, 100.0]), np.array([1.5, 1.5]), np.array([1.5, 1.5])
+    monkeypatch.setattr("ehl.uncertainty.spread._slopes", lambda: {FILM_TO_SHARE: slopes})
+    formula, oil = Formula.load("75w90"), Oil.load("75w90")
+    state = contact_points(
+        pressure_hertz=1e9, radius_equivalent=0.015, speed_entrainment=speed, slide_to_roll=0.3, temperature=363.15,
+        roughness_rms=0.5e-6, correlation_length=20e-6, peklenik_number=3.0,
+    )  # fmt: skip
+    mu, film = (float(m.mu(state, oil=oil).mu) for m in (formula, formula.with_options(boundary_friction=0.0)))
+    share = (mu - film) / formula.boundary_friction
+    changes = friction_changes(formula, state, oil, UncertaintyInput.none(boundary_film=math.log(2.0)), level=0.6826895)
+    found = next(change for change in changes.each if change.name == "boundary_film")
+    for sign, change in ((-1.0, found.below), (1.0, found.above)):
+        odds = share / (1.0 - share) * 2.0 ** (1.5 * sign)
+        new = odds / (1.0 + odds)
+        wanted = new * formula.boundary_friction + film * ((1.0 - new) / (1.0 - share)) ** 1.5
+        assert float(np.ravel(change)[0]) == pytest.approx(math.log(wanted / mu), rel=1e-3, abs=1e-6)
