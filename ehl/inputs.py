@@ -41,8 +41,20 @@ PeklenikNumber = Annotated[
 ]
 
 
+_SPEEDS = "speed_entrainment is (u1 + u2)/2, slide_to_roll is (u1 - u2)/speed_entrainment."
+_LOAD = "load_per_length is the load over the length of the contact line."
+_OF_DISCS = {
+    "radius": "1/radius_equivalent = 1/R1 + 1/R2.",
+    **dict.fromkeys(("speed", "u", "speed_rolling", "speed_sliding"), _SPEEDS),
+    **dict.fromkeys(("load", "force", "normal_force", "width", "length", "face_width"), _LOAD),
+}
+RA = "Rq is about 1.25 Ra (Gaussian heights)."
+
+
 class ContactInput(InputModel):
     """Geometry, load and motion. Load: exactly one of `pressure_hertz` and `load_per_length`."""
+
+    instead = _OF_DISCS
 
     radius_equivalent: Radius
     effective_modulus: Modulus | None = None
@@ -119,6 +131,10 @@ class SurfaceInput(InputModel):
     Rq is given for each surface (`roughness_rms_1`, `roughness_rms_2`), or as the composite Rq of two equal surfaces
     (`roughness_rms`). The profilometer parameters `rsm`, `rdq` and `sal` may replace the correlation length.
     """
+
+    instead = dict.fromkeys(
+        ("ra", "roughness_ra", "roughness"), "Give Rq as roughness_rms_1 and roughness_rms_2. " + RA
+    )
 
     roughness_rms_1: Rms = 0.0
     roughness_rms_2: Rms = 0.0

@@ -43,8 +43,8 @@ from ehl.common.private_files import kept
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel, Name, read_toml, validate
 from ehl.common.version import __version__
+from ehl.inputs import RA, PeklenikNumber, Rms
 from ehl.inputs import Length as TextureLength
-from ehl.inputs import PeklenikNumber, Rms
 from ehl.material import Material
 from ehl.surface.finish import FLANK_SKEWNESS, Finish, State
 from ehl.uncertainty.spread import UncertaintyInput
@@ -101,6 +101,8 @@ EdgeRounding = Annotated[
 
 class MemberSurface(InputModel):
     """Common inputs of members of all kinds of pairs: material and finish."""
+
+    instead = dict.fromkeys(("ra", "roughness_ra", "roughness"), "Give Rq as roughness_rms. " + RA)
 
     material: str = "steel"  # name of a material card
     finish: str | None = None  # finish of the flanks: ground, lapped, honed, superfinished, milled

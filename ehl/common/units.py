@@ -310,7 +310,8 @@ def _from_text(text: str, unit: str, field: str) -> tuple[float, bool]:
         if known is not None:
             return float(match[1]) * known[0] + known[1], True
     if match is None or unit in _CLOSED or _THOUSANDS.match(match[2]):
-        raise InputError(field, text, _expectation(unit), _refusal(match[2] if match else "", unit))
+        hint = _parameter(text) or _refusal(match[2] if match else "", unit)
+        raise InputError(field, text, _expectation(unit), hint)
     return _by_pint(float(match[1]), match[2], text, unit, field), True
 
 
@@ -340,6 +341,13 @@ def _refusal(typed: str, unit: str) -> str:
     if any(_known(typed, other) for other in others):
         return _near_unit(typed, unit, "The unit is of another dimension.")
     return _near_unit(typed, unit)
+
+
+def _parameter(text: str) -> str:
+    """Hint for a height with the name of its parameter, such as "Ra 0.4 um"; empty for other texts."""
+    if not re.match(r"\s*R[apqtz]\d*\b", text):
+        return ""
+    return "Give the number of Rq alone. Rq is about 1.25 Ra (Gaussian heights)."
 
 
 def _near_unit(typed: str, unit: str, hint: str = "The unit could not be read.") -> str:

@@ -3,6 +3,7 @@
 Kinds of input files, recognised by their keys, so that errors can name the kind of a wrong file.
 """
 
+import re
 import tomllib
 import types
 from collections.abc import Iterator, Mapping, Sequence
@@ -10,7 +11,7 @@ from dataclasses import dataclass
 from functools import cache
 from itertools import accumulate
 from pathlib import Path
-from typing import Annotated, Any, Literal, NoReturn, TypeVar, Union, get_args, get_origin
+from typing import Annotated, Any, ClassVar, Literal, NoReturn, TypeVar, Union, get_args, get_origin
 
 from pydantic import AfterValidator, AliasChoices, BaseModel, ConfigDict, Field, Tag, ValidationError, model_validator
 from pydantic.fields import FieldInfo
@@ -125,6 +126,8 @@ class InputModel(BaseModel):
     """Base of all input models: frozen, finite numbers, no unknown keys, words in any case."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True, defer_build=True, allow_inf_nan=False)
+    # words for quantities that have no key, without "_1", "_2" or "1", "2" at the end, and what to give instead
+    instead: ClassVar[Mapping[str, str]] = {}
 
     @model_validator(mode="before")
     @classmethod
@@ -269,7 +272,9 @@ def _problem(complaint: Any, model: type[BaseModel], where: str) -> InputError:
         return stated.changed(placed)
     if kind == "extra_forbidden":
         known = sorted(_keys(place.owner))
-        hint = f"{near(place.path[-1], known)} Known keys: {', '.join(known)}.".strip()
+        word = re.sub(r"_?[12]$", "", str(place.path[-1]).lower())
+        hint = getattr(place.owner, "instead", {}).get(word) or near(place.path[-1], known)
+        hint = f"{hint} Known keys: {', '.join(known)}.".strip()
         return InputError(field, value, "only the documented keys of this table", hint)
     if kind.startswith("union_tag"):
         key = str(context["discriminator"]).strip("'")

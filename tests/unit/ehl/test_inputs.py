@@ -170,3 +170,27 @@ def test_words_in_any_case_and_the_composite_roughness_reach_the_solver() -> Non
     point = contact.problem().to_dict()
     assert point["roughness_rms_1"] == point["roughness_rms_2"] == pytest.approx(0.5e-6 / np.sqrt(2.0))
     assert (point["pressure_hertz"], point["viscosity_inlet"]) == pytest.approx((1e9, 0.04))
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize(
+    ("table", "key", "value", "keys"),
+    [
+        ("contact", "radius_1", "40 mm", "radius_equivalent"),
+        ("contact", "speed_2", "4 m/s", "speed_entrainment slide_to_roll"),
+        ("contact", "load", "2 kN", "load_per_length"),
+        ("surface", "Ra", "0.4 um", "roughness_rms_1"),
+        ("surface", "roughness_rms_1", "Ra 0.4 um", "Rq"),
+    ],
+)
+def test_quantities_of_a_rig_are_refused_with_what_to_give(table: str, key: str, value: str, keys: str) -> None:
+    given: dict[str, Any] = {
+        "contact": {"radius_equivalent": 0.02, "pressure_hertz": 1e9, "speed_entrainment": 4.0},
+        "lubricant": {"oil": "fva3", "temperature_oil": 353.15},
+        "surface": {},
+    }
+    given[table][key] = value
+    with refuses(f"{table}.{key}") as caught:
+        Contact.from_dict(given)
+    hint = caught.value.hint.partition("Known keys")[0]
+    assert all(word in hint for word in keys.split())
