@@ -236,7 +236,9 @@ class SurfaceInput(InputModel):
             if rms not in self.model_fields_set and path is None:
                 self.__dict__[rms] = values[rms] = finish.roughness_rms.value
         skewness = self.skewness if "skewness" in self.model_fields_set else finish.skewness.value
-        length, gamma = lay_seen(finish.correlation_length.value, finish.lay_ratio.value, self.lay_angle)
+        each = [rms for rms in (self.roughness_rms_1, self.roughness_rms_2) if rms > 0.0]
+        own = finish.length_at(math.hypot(*each) / math.sqrt(len(each) or 1.0))
+        length, gamma = lay_seen(float(own), finish.lay_ratio.value, self.lay_angle)
         return values | {
             "correlation_length": float(length),
             "skewness": skewness,

@@ -185,7 +185,10 @@ class PairDesign(InputModel):
         one, two = self.pinion, self.gear
         if one.finish is None or (one.finish, one.finish_state) != (two.finish, two.finish_state):
             return self.uncertainty
-        return self.uncertainty.of_surface(finish=one.finish, finish_state=one.finish_state)
+        own = Finish.load(one.finish, one.finish_state).roughness_rms.value
+        given = [member.roughness_rms for member in (one, two) if member.roughness_rms not in (own, 0.0)]
+        known = {"roughness_rms": given[0]} if given else {}
+        return self.uncertainty.of_surface(finish=one.finish, finish_state=one.finish_state, **known)
 
 
 class MemberInput(MemberSurface):

@@ -110,7 +110,7 @@ class Operation:
                 continue
             own, ratio = float(default_correlation_length(rms)), 1.0
             if finish is not None:
-                own, ratio = finish.correlation_length.value, finish.lay_ratio.value
+                own, ratio = float(finish.length_at(rms)), finish.lay_ratio.value
             seen, ratio_seen = lay_seen(own, ratio, angle)
             across, along = across + (rms / seen) ** 2, along + (rms / (ratio_seen * seen)) ** 2
             weight += rms**2

@@ -324,7 +324,7 @@ def _finish(member: MemberInput, texture: FlankSurfaceInput) -> tuple[str, ...]:
     finish, rms = member.surface_finish(), member.roughness_rms
     length, ratio = float(default_correlation_length(rms)), 1.0
     if finish is not None and rms > 0.0:
-        length, ratio = finish.correlation_length.value, finish.lay_ratio.value
+        length, ratio = float(finish.length_at(rms)), finish.lay_ratio.value
     how = "-" if finish is None else f"{finish.name}, {finish.state.replace('_', ' ')}"
     length = length if texture.correlation_length is None else texture.correlation_length
     ratio = ratio if texture.peklenik_number is None else texture.peklenik_number

@@ -33,6 +33,9 @@ HALF_RANGE = NormalDist().inv_cdf(0.95)  # standard deviations from the middle t
 # by hardness and shakedown (docs/roughness.md), and its bounds [m]
 LENGTH_PER_RMS = 40.0
 SHORTEST_LENGTH, LONGEST_LENGTH = 8e-6, 150e-6
+# power of Rq with which lc changes within one finish: RSm of 823 fine-turned parts, 70 to 130 um at Ra 0.39 to 0.99 um
+# (docs/roughness.md)
+LENGTH_POWER = 2.0 / 3.0
 # RSm Rdq/Rq is at least 6, 8 to 9 for a Gaussian profile and 16 for a plateau; RSm/Sal of measured profiles is 3.3 to
 # 5.6 (docs/roughness.md); both bounds have a margin (own choice)
 SPACING_TIMES_SLOPE, SPACING_OVER_SAL = (6.0, 20.0), (2.5, 8.0)
@@ -242,8 +245,18 @@ class Finish:
             tables["measured"] = self.measured.model_dump(exclude_none=True)
         return toml_text(content | tables)
 
+    def length_at(self, rms: ArrayLike) -> FloatArray:
+        """Correlation length across the marks of flanks with another Rq [m], in proportion to Rq^(2/3).
+
+        rms: Rq [m]. Within 8 to 150 um.
+        """
+        ratio = np.asarray(rms, dtype=float) / self.roughness_rms.value
+        length = self.correlation_length.value
+        limits = min(SHORTEST_LENGTH, length), max(LONGEST_LENGTH, length)
+        return np.asarray(np.clip(length * ratio**LENGTH_POWER, *limits))
+
     def with_rms(self, rms: float) -> Finish:
-        """The finish with a measured Rq, with a range of 20 % and the same correlation length.
+        """The finish with a measured Rq, with a range of 20 %, and its correlation length at this Rq (`length_at`).
 
         Parameters
         ----------
@@ -256,7 +269,8 @@ class Finish:
         >>> ehl.Finish.load("ground").with_rms(0.3e-6).roughness_rms.value
         3e-07
         """
-        return replace(self, roughness_rms=_given("roughness_rms", rms))
+        length = self.correlation_length.scaled(float(self.length_at(rms)) / self.correlation_length.value)
+        return replace(self, roughness_rms=_given("roughness_rms", rms), correlation_length=length)
 
 
 class Additive(InputModel):

@@ -23,7 +23,7 @@ from ehl.fluid.viscosity import Temperature
 from ehl.line_contact import half_width_of_pressure, hertz_load, moes_film, wilson_gupta_1992
 from ehl.material import Material, effective_modulus
 from ehl.state import ContactState
-from ehl.surface.finish import Finish, lay_seen
+from ehl.surface.finish import Finish
 from ehl.surface.roughness import EP_FILM
 
 Array = NDArray[np.float64]
@@ -153,11 +153,9 @@ def contact_points(**conditions: Unpack[PointConditions]) -> ContactState:
         if not isinstance(finish, str):
             raise InputError("finish", finish, "one name for all points, such as 'ground', or a FILE.toml")
         named = Finish.load(finish, finish_state)
-        length, gamma = lay_seen(named.correlation_length.value, named.lay_ratio.value, 0.0)
         defaults: PointConditions = {
             "roughness_rms": named.roughness_rms.value * np.sqrt(2.0),
-            "correlation_length": length,
-            "peklenik_number": np.maximum(gamma, 1.0 / 3.0),
+            "peklenik_number": max(named.lay_ratio.value, 1.0 / 3.0),
         }
         conditions = {**defaults, **conditions}
     values = {"temperature_oil" if name == "temperature" else name: value for name, value in conditions.items()}
@@ -172,6 +170,8 @@ def contact_points(**conditions: Unpack[PointConditions]) -> ContactState:
         hint = "Above 2 the surfaces move in opposite directions, beyond the validity of the friction models."
         raise InputError("slide_to_roll", fastest, "-2 to 2", hint)
     rough = state.pop("roughness_rms", np.array(0.0)) / np.sqrt(2.0)
+    if finish is not None:
+        state.setdefault("correlation_length", named.length_at(rough))
     steel = Material.load("steel")
     state.setdefault("effective_modulus", np.array(effective_modulus(steel, steel)))
     return ContactState.of(**state, roughness_rms_1=rough, roughness_rms_2=rough)

@@ -69,10 +69,9 @@ def test_texture_of_finishes(loaded):
     expected = lay_seen(ground.correlation_length.value, ground.lay_ratio.value, angle)
     np.testing.assert_allclose(length, expected[0])
     np.testing.assert_allclose(gamma, np.maximum(expected[1], 1.0 / 3.0))
-    # twice the Rq of the same finish: waves as long
-    np.testing.assert_allclose(
-        replace(both, roughness_rms_pinion=2.0 * rms, roughness_rms_gear=2.0 * rms).texture(angle, angle)[0], length
-    )
+    # twice the Rq of the same finish: waves longer by 2^(2/3)
+    twice = replace(both, roughness_rms_pinion=2.0 * rms, roughness_rms_gear=2.0 * rms)
+    np.testing.assert_allclose(twice.texture(angle, angle)[0], length * 2.0 ** (2.0 / 3.0))
     given = replace(both, correlation_length=33e-6, peklenik_number=4.0).texture(angle, angle)
     assert (given[0] == 33e-6).all()
     assert (given[1] == 4.0).all()

@@ -50,12 +50,15 @@ def test_lengths_of_finishes_are_those_of_measured_profiles():
             assert finish.correlation_length.sigma > math.log(2.0) / 1.645  # sure within a factor of 2
 
 
-def test_a_measured_rq_leaves_the_waves_of_a_finish():
+def test_a_finish_with_a_measured_rq_has_shorter_waves():
+    """Within one finish lc goes with Rq^(2/3): slopes go with its cube root; within the usual lengths."""
     finish = Finish.load("ground", "new")
-    half = finish.with_rms(0.5 * finish.roughness_rms.value)
-    assert half.correlation_length == finish.correlation_length
-    assert half.roughness_rms.value == 0.5 * finish.roughness_rms.value
-    assert half.roughness_rms.sigma < finish.roughness_rms.sigma
+    less = finish.with_rms(0.8 * finish.roughness_rms.value)
+    assert less.roughness_rms.value == 0.8 * finish.roughness_rms.value
+    assert less.roughness_rms.sigma < finish.roughness_rms.sigma
+    assert less.correlation_length.value == pytest.approx(12e-6 * 0.8 ** (2.0 / 3.0))
+    assert less.correlation_length.sigma == pytest.approx(finish.correlation_length.sigma)
+    assert finish.length_at([0.0, 0.5e-6, 4e-3]).tolist() == [8e-6, 12e-6, 150e-6]
 
 
 def test_lay_at_an_angle():
@@ -148,7 +151,7 @@ def test_finish_in_a_contact_and_what_overrides_it():
     assert surface.skewness == ground.skewness.value
     own = ehl.Contact(**LINE, finish="ground", roughness_rms="0.3 um", skewness=0.0, peklenik_number=2.0).surface
     assert own.roughness_rms_1 == pytest.approx(0.3e-6 / 2.0**0.5)
-    assert own.correlation_length == pytest.approx(16e-6)  # the waves of the finish, whatever Rq
+    assert own.correlation_length == pytest.approx(16e-6 * (0.3 / 0.4 / 2.0**0.5) ** (2.0 / 3.0))
     assert (own.skewness, own.peklenik_number) == (0.0, 2.0)
     turned = ehl.Contact(**LINE, finish="ground", lay_angle="30 deg").surface
     assert (turned.correlation_length, turned.peklenik_number) == pytest.approx(lay_seen(16e-6, 5.0, math.pi / 6.0))

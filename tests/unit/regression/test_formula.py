@@ -306,13 +306,14 @@ def test_a_finish_gives_the_roughness_of_a_contact(mixed_ehl: Callable[..., Any]
     point = {"pressure_hertz": 1e9, "radius_equivalent": 0.015, "speed_entrainment": 5.0, "slide_to_roll": 0.2}
     given = {"temperature": 363.15, "roughness_rms": 0.4e-6}
     finish = Finish.load("ground")
-    texture = {"correlation_length": finish.correlation_length.value, "peklenik_number": finish.lay_ratio.value}
+    length = float(finish.length_at(0.4e-6 / np.sqrt(2.0)))
+    texture = {"correlation_length": length, "peklenik_number": finish.lay_ratio.value}
     by_name, by_number = formula.mu(**point, **given, finish="ground"), formula.mu(**point, **given, **texture)
     assert float(by_name.mu) == pytest.approx(float(by_number.mu), rel=1e-12)
     assert float(formula.mu(**point, **given).mu) > 1.2 * float(by_name.mu)  # marks across the motion keep the oil
     both = float(np.sqrt(2.0)) * finish.roughness_rms.value
     assert formula.mu(**point, temperature=363.15, finish="ground").mu == pytest.approx(
-        formula.mu(**point, temperature=363.15, roughness_rms=both, **texture).mu
+        formula.mu(**point, temperature=363.15, roughness_rms=both, **texture | {"correlation_length": 16e-6}).mu
     )
     assert (
         formula.uncertainty(**point, **given, finish="ground").high
