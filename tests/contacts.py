@@ -5,8 +5,9 @@ from typing import Any
 import numpy as np
 
 from ehl.fluid.lubricant import Lubricant
+from ehl.heat import _kernels
 from ehl.heat.conduction import Matrices, surface_matrices
-from ehl.heat.traction import ThermalTraction, film_temperature, traction_of
+from ehl.heat.traction import RISE, ThermalTraction, film_temperature, traction_of
 from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.state import ContactState
@@ -55,4 +56,9 @@ def thermal_traction(
     conduction = matrices or surface_matrices(x, contact, bodies)
     rolling = np.zeros_like(x) if rolling_heat is None else rolling_heat
     found = film_temperature(pressure, film, contact, lubricant, bulk, conduction, rolling_heat=rolling, **options)
-    return traction_of(found, x, contact, lubricant, bodies)
+    return traction_of(found, x, contact, bodies)
+
+
+def effective_rise(even: np.ndarray, decay: np.ndarray) -> np.ndarray:
+    """Share of the even rise and derivative of their product, of each node."""
+    return np.array([_kernels.effective_rise(float(heat), RISE) for heat in decay * even]).T

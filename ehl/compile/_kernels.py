@@ -1,4 +1,4 @@
-"""Common functions of the kernels: dense matrices in row order, and bits of doubles."""
+"""Common functions of the kernels: dense matrices in row order, bits of doubles, and a logarithm for vectors."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 from numba import config, njit, types
 from numba.extending import intrinsic
 
-from ehl.compile.compiler import INTERNAL_KERNEL, internals
+from ehl.compile.compiler import FAST_KERNEL, INTERNAL_KERNEL, internals, kernel
 
 if internals is not None:
     # LU factors of a matrix in columns, by the library that the compiler links
@@ -108,3 +108,33 @@ if config.DISABLE_JIT:
     def bits_of_float(value):
         """`bits_of_float` if kernels run as plain Python."""
         return int(np.float64(value).view(np.int64))
+
+    def float_of_bits(bits):
+        """`float_of_bits` if kernels run as plain Python."""
+        return np.int64(bits).view(np.float64)
+
+
+LN2_HIGH = 0.6931471803691238  # the low bits are zero: k LN2_HIGH is exact
+LN2_LOW = 1.9082149292705877e-10
+ROOT_HALF_BITS = 4604544271217802189  # bit pattern of sqrt(1/2)
+
+
+@kernel(**FAST_KERNEL)
+def log(x):
+    """ln x of a positive normal number: x = 2^e m, sqrt(1/2) <= m < sqrt 2, and the series of artanh."""
+    bits = bits_of_float(x)
+    e = (bits - ROOT_HALF_BITS) >> 52
+    m = float_of_bits(bits - (e << 52))
+    s = (m - 1.0) / (m + 1.0)
+    z = s * s
+    p = 1.0 / 19.0
+    p = p * z + 1.0 / 17.0
+    p = p * z + 1.0 / 15.0
+    p = p * z + 1.0 / 13.0
+    p = p * z + 1.0 / 11.0
+    p = p * z + 1.0 / 9.0
+    p = p * z + 1.0 / 7.0
+    p = p * z + 1.0 / 5.0
+    p = p * z + 1.0 / 3.0
+    p = p * z + 1.0
+    return 2.0 * s * p + float(e) * (LN2_HIGH + LN2_LOW)

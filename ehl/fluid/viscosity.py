@@ -183,6 +183,12 @@ class ModulusLaw:
     vogel: tuple[float, ...] = ()  # (B, C) of `vogel_1921` for eta0(T) [K]; empty for exp(-beta (T - T0))
     beta: float = 0.0  # [1/K]; used without `vogel`
 
+    @property
+    def numbers(self) -> Array:
+        """The law for `ehl.heat._kernels.modulus_viscosity`."""
+        ambient = (*self.vogel, 0.0) if self.vogel else (0.0, math.inf, self.beta)
+        return np.array([*self.constants, self.temperature, *ambient, _LAST_BEFORE_POLE, KELVIN])
+
     def log_ratio(self, pressure: Array, temperature: Array | None = None) -> Array:
         """L at pressures [Pa] and temperatures [K]; at the inlet temperature where none are given."""
         rise, _ = self._rise(pressure, self.temperature if temperature is None else temperature)

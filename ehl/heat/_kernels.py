@@ -26,6 +26,7 @@ EULER_GAMMA = 0.5772156649015329
 RISE_ABOVE, RISE_BELOW = (2.0 / 3.0, 0.16033, 0.08278, 0.02932), (1.0, 0.04341, 0.08346, 0.01466)
 VISCOSITY_POLE = 150.0  # K: temperature at which most laws would have a pole of ln(eta)
 LOG_STRESS_MIN = -300.0
+MOST_LOSS = 0.2  # per kelvin, of the slope of ln(eta) in temperature
 KEPT_MATRIX = 0.25  # a residual below this share of the one before: the matrix serves once more
 HALVINGS = 12
 
@@ -196,10 +197,10 @@ def conduct(matrix_1, matrix_2, conductance, factors, pivots, weights):
 
 # of a film at its nodes: ln(|v_s|/h), derivative of the film's rise by its heat, heat that is not of shear and what it
 # adds to the film temperature (surfaces apart); surface temperature, heat times that derivative and film temperature at
-# which ln(eta) and its slope in temperature are known, and by how much the film temperature follows a change of the
-# first two as that slope changes
+# which ln(eta), its slope in temperature and the relative fall of this slope per kelvin are known, and by how much the
+# film temperature follows a change of the first two as that slope changes
 PRESSURE, LOG_RATE, RESISTANCE, SOURCE, RAISED, WALL, TANGENT, TEMPERATURE = range(8)
-LOG_ETA, BY_TEMPERATURE, FOLLOWED, ROWS = range(8, 12)
+LOG_ETA, BY_TEMPERATURE, LOSS, FOLLOWED, ROWS = range(8, 13)
 
 
 class Film(NamedTuple):
@@ -210,6 +211,63 @@ class Film(NamedTuple):
     law: ShearNumbers
     ambient: float  # limit that cuts the stress off: ambient + slope p; infinite slope for none
     slope: float
+    rise: tuple[tuple[float, ...], ...]  # polynomials of `effective_rise`
+
+
+@kernel(**KERNEL)
+def effective_rise(heat, polynomials):
+    """`rise_share` of S = beta r, and the derivative of its product with the rise r by r."""
+    (a, b, c, d), (e, f, g, k) = polynomials
+    s = max(heat, 0.0)
+    below = e + s * (f + s * (g + s * k))
+    share = (a + s * (b + s * (c + s * d))) / below
+    by_above, by_below = b + s * (2.0 * c + s * (3.0 * d)), f + s * (2.0 * g + s * (3.0 * k))
+    return share, share + s * (by_above - share * by_below) / below
+
+
+@njit(**INTERNAL_KERNEL)
+def warmed(film, resistance, wall, even):
+    """Film temperature at a surface temperature and an even rise: one step of Newton's method.
+
+    The even rise is r = q h/(8 k) with the ``resistance`` h/(8 k). ln(eta) at the new temperature is still to be found.
+    """
+    nodes = film.nodes
+    for i in range(wall.size):
+        share, growth = effective_rise(-nodes[BY_TEMPERATURE, i] * even[i], film.rise)
+        followed = 1.0 / (1.0 + even[i] * (growth - share) * nodes[LOSS, i])
+        nodes[TEMPERATURE, i] += followed * (wall[i] + even[i] * share - nodes[TEMPERATURE, i])
+        nodes[FOLLOWED, i], nodes[WALL, i] = followed, wall[i]
+        nodes[RESISTANCE, i], nodes[TANGENT, i] = growth * resistance[i], growth * even[i]
+
+
+@kernel(**KERNEL)
+def modulus_viscosity(nodes, log_inlet, numbers):
+    """ln(eta), slope and its fall at the film temperature by the numbers of `ehl.fluid.viscosity.ModulusLaw`."""
+    a1, a2, b1, b2, inlet = numbers[0], numbers[1], numbers[2], numbers[3], numbers[4]
+    rise, shift, beta, last, kelvin = numbers[5], numbers[6], numbers[7], numbers[8], numbers[9]
+    for i in range(nodes.shape[1]):
+        p, first = nodes[PRESSURE, i], 0.0
+        for ahead in range(2):
+            temperature = nodes[TEMPERATURE, i] + ahead
+            celsius = temperature - kelvin
+            low, stiffening = a1 + a2 * celsius, b1 + b2 * celsius
+            inside = min(p, last * low / max(-stiffening, 1e-30))
+            modulus = low + stiffening * inside
+            slope = low / (modulus * modulus)
+            grown = inside / modulus + slope * (p - inside)
+            vogel = celsius + shift
+            if p > inside:
+                bent = min(stiffening, -1e-30)
+                fall = slope * p * (b2 / bent - a2 / low) - grown * b2 / bent
+            else:
+                fall = -inside * (a2 + b2 * inside) / (modulus * modulus)
+            decay = rise / (vogel * vogel) + beta - fall
+            if ahead == 0:
+                first = decay
+                thinning = rise / vogel - rise / (inlet - kelvin + shift) - beta * (temperature - inlet)
+                nodes[LOG_ETA, i], nodes[BY_TEMPERATURE, i] = log_inlet + (grown + thinning), -decay
+            else:
+                nodes[LOSS, i] = min(max(1.0 - decay / first, 0.0), MOST_LOSS) if first > 0.0 else 0.0
 
 
 @njit(**INTERNAL_KERNEL)
@@ -249,6 +307,16 @@ def film_stress(film, i, temperature_change):
         if log_stress > limit:
             log_stress, growth = limit, 0.0
     return max(log_stress, LOG_STRESS_MIN), slope * growth, log_eta
+
+
+@kernel(**KERNEL)
+def stresses(film):
+    """Shear stress of a film at its temperatures, zero without pressure or speed."""
+    found = np.zeros(film.nodes.shape[1])
+    for i in range(found.size):
+        if film.nodes[PRESSURE, i] > 0.0 and film.speed > 0.0:
+            found[i] = math.exp(film_stress(film, i, 0.0)[0])
+    return found
 
 
 @kernel(**KERNEL)
@@ -332,3 +400,77 @@ def heat_balance(walls, film, weights, surface, log_stress, tolerance, most, wal
         length, halvings = min(1.0, 3.0 / max(largest, 1e-300)), 0
         for i in range(n):
             trial[i] = log_stress[i] + length * step[i]
+
+
+# rows of the work of `balanced`
+LOG_STRESS, EVEN, SURFACE, NEW_EVEN, NEW_SURFACE, NEW_LOG_ETA, INTO_1, WORK_ROWS = range(8)
+# what it waits for when it returns: ln(eta) at the first temperature, at that of a linear law, and at that of its
+# solution; a matrix with the exact conduction; nothing, in balance or not
+FIRST, LINEAR, SOLVED, EXACT, BALANCED, FAILED = range(6)
+MOST_RISE = 500.0  # K, by the stress of an isothermal initial guess, which may be arbitrarily large
+PATIENCE = 10  # matrices with the approximate conduction before the exact one is used
+
+
+@kernel(**KERNEL)
+def prepare(walls, film, weights, resistance, rolling_heat, stress, work):
+    """Heat that is not of shear, first ln(tau) and temperature of a film from a bounded starting stress."""
+    nodes = film.nodes
+    for i in range(stress.size):
+        nodes[SOURCE, i] = rolling_heat[i] if nodes[PRESSURE, i] > 0.0 else 0.0
+        nodes[RAISED, i] = 0.5 * resistance[i] * nodes[SOURCE, i]
+        alone = weights[i] * (walls.matrix_1[i, i] + walls.matrix_2[i, i]) + resistance[i]
+        bounded = min(stress[i], MOST_RISE / max(film.speed * alone, 1e-300))
+        work[EVEN, i] = film.speed * resistance[i] * bounded
+        work[LOG_STRESS, i] = math.log(max(bounded, 1e-130))
+        nodes[TEMPERATURE, i] = work[SURFACE, i] + work[EVEN, i]
+
+
+@kernel(**KERNEL)
+def balanced(walls, film, weights, exact, resistance, numbers, log_inlet, tolerance, most, work, progress):
+    """Heat balance with the law of the oil: `heat_balance` with ln(eta) linearised at one temperature after another.
+
+    ``numbers`` of `modulus_viscosity`; for any other law they are empty, and the caller fills in what is returned.
+    ``exact`` is the rise of the mean surface temperature per heat, or empty. ``progress`` holds where this goes on,
+    iterations and the last error of the linear law.
+    """
+    nodes, n = film.nodes, resistance.size
+    even, wall, new_wall = work[EVEN], work[SURFACE], work[NEW_SURFACE]
+    while True:
+        stage = int(progress[0])
+        if stage == FIRST:
+            warmed(film, resistance, wall, even)
+            progress[0] = LINEAR
+        elif stage == LINEAR:
+            left = int(most - progress[1])
+            if left <= 0:
+                return FAILED
+            done, matrices = heat_balance(
+                walls, film, weights, exact, work[LOG_STRESS], tolerance,
+                left if exact.size > 0 else min(left, PATIENCE), new_wall, work[NEW_LOG_ETA], work[INTO_1],
+            )  # fmt: skip
+            progress[1] += max(matrices, 1)
+            if not done:
+                return FAILED if exact.size > 0 else EXACT
+            for i in range(n):
+                work[NEW_EVEN, i] = film.speed * resistance[i] * math.exp(work[LOG_STRESS, i])
+            warmed(film, resistance, new_wall, work[NEW_EVEN])
+            progress[0] = SOLVED
+        else:
+            missed = 0.0
+            for i in range(n):
+                if nodes[PRESSURE, i] > 0.0:
+                    miss = abs(nodes[LOG_ETA, i] - work[NEW_LOG_ETA, i])
+                    missed = max(missed, miss) if miss < math.inf else math.inf
+            share = 1.0 if missed < tolerance or missed < 0.9 * progress[2] else 0.5
+            progress[0], progress[2] = LINEAR, missed
+            for i in range(n):
+                wall[i] += share * (new_wall[i] - wall[i])
+                even[i] += share * (work[NEW_EVEN, i] - even[i])
+            if missed < tolerance:
+                return BALANCED
+            if share == 1.0:
+                continue
+            warmed(film, resistance, wall, even)
+        if numbers.size == 0:
+            return stage
+        modulus_viscosity(nodes, log_inlet, numbers)

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.polynomial import Polynomial
 from scipy.linalg.lapack import dgesv, dgetrs
 
 from ehl.common.arrays import FloatArray
 from ehl.fluid.lubricant import Lubricant
+from ehl.fluid.viscosity import ModulusLaw, PressureLaw
 from ehl.heat import _kernels
 from ehl.heat._kernels import Film, Walls
 from ehl.heat.conduction import Matrices, peclet_number
@@ -107,64 +107,38 @@ class FilmTemperature:
     pressure: FloatArray
     film: FloatArray
     stress: FloatArray  # shear stress [Pa]
-    temperature: FloatArray  # at which the film has its effective viscosity [K]
+    model: Film  # at the temperatures found
     walls: FloatArray  # mean surface temperature [K]
     log_viscosity_offset: FloatArray  # as in `ThermalTraction`
-    rolling_heat: FloatArray  # heat of the pressure-driven flow [W/m2]
     bulk: tuple[float, float]  # [K]
     conducted: Conducted
     iterations: int
     converged: bool
 
+    @property
+    def temperature(self) -> FloatArray:
+        """Temperature at which the film has its effective viscosity [K]."""
+        return np.asarray(self.model.nodes[_kernels.TEMPERATURE])
 
-_RISE = [Polynomial(of) for of in (_kernels.RISE_ABOVE, _kernels.RISE_BELOW)]
-_RISE_SLOPES = [of.deriv() for of in _RISE]
-
-
-def effective_rise(even: FloatArray, decay: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Rise of the temperature at which the film has its effective viscosity, over the even rise, and its derivative.
-
-    even: rise of mid-film above the surfaces if heat is freed evenly across it, r = q h/(8 k) [K].
-    decay: beta = -d ln(eta)/dT [1/K].
-    Returns: `ehl.heat._kernels.rise_share` of beta r; derivative of its product with r by r [-].
-    """
-    s = np.maximum(decay * even, 0.0)
-    above, below = (of(s) for of in _RISE)
-    by_above, by_below = (of(s) for of in _RISE_SLOPES)
-    share = above / below
-    return share, share + s * (by_above - share * by_below) / below
+    @property
+    def rolling_heat(self) -> FloatArray:
+        """Heat of the pressure-driven flow [W/m2]."""
+        return np.asarray(self.model.nodes[_kernels.SOURCE])
 
 
-@dataclass(frozen=True)
-class HeatedFilm:
-    """Temperature and viscosity of a film; arrays on its nodes."""
+RISE = (_kernels.RISE_ABOVE, _kernels.RISE_BELOW)  # polynomials of `ehl.heat._kernels.effective_rise`
 
-    pressure: FloatArray  # [Pa]
-    lubricant: Lubricant
-    temperature: FloatArray  # [K]
-    log_viscosity: FloatArray  # ln(eta)
-    decay: FloatArray  # -d ln(eta)/dT [1/K]
-    decay_loss: FloatArray  # -d ln(decay)/dT [1/K]
-    growth: FloatArray  # derivative of the rise by the even rise, at one decay
-    # part of a change of wall and rise that the temperature follows as the decay falls
-    followed: FloatArray
 
-    @classmethod
-    def at(cls, pressure: FloatArray, lubricant: Lubricant, temperature: FloatArray) -> HeatedFilm:
-        """The film at a temperature."""
-        decay, warmer = (
-            -lubricant.dlog_viscosity_dtemperature(pressure, temperature + kelvin) for kelvin in (0.0, 1.0)
-        )
-        loss = np.where(decay > 0.0, np.clip(1.0 - warmer / np.where(decay > 0.0, decay, 1.0), 0.0, 0.2), 0.0)
-        known, one = lubricant.log_viscosity(pressure, temperature), np.ones_like(temperature)
-        return cls(pressure, lubricant, temperature, known, decay, loss, one, one)
-
-    def warmed(self, wall: FloatArray, even: FloatArray) -> HeatedFilm:
-        """The film at given surface temperature and even rise: one step of Newton's method from this temperature."""
-        share, growth = effective_rise(even, self.decay)
-        followed = 1.0 / (1.0 + even * (growth - share) * self.decay_loss)
-        temperature = self.temperature + followed * (wall + even * share - self.temperature)
-        return replace(HeatedFilm.at(self.pressure, self.lubricant, temperature), growth=growth, followed=followed)
+def _fill_viscosity(nodes: FloatArray, law: PressureLaw, log_inlet: float, numbers: FloatArray) -> None:
+    """Fill ln(eta), its slope and the fall of the slope at the temperatures of the nodes."""
+    if numbers.size > 0:
+        _kernels.modulus_viscosity(nodes, log_inlet, numbers)
+        return
+    pressure, temperature = nodes[_kernels.PRESSURE], nodes[_kernels.TEMPERATURE]
+    slope, warmer = (law.by_temperature(pressure, temperature + kelvin) for kelvin in (0.0, 1.0))
+    loss = np.clip(1.0 - warmer / np.where(slope < 0.0, slope, -1.0), 0.0, _kernels.MOST_LOSS)
+    nodes[_kernels.LOG_ETA], nodes[_kernels.BY_TEMPERATURE] = log_inlet + law.log_ratio(pressure, temperature), slope
+    nodes[_kernels.LOSS] = np.where(slope < 0.0, loss, 0.0)
 
 
 def film_temperature(
@@ -197,69 +171,45 @@ def film_temperature(
     guess: initial stress and mean surface temperature.
     tolerance: on ln tau.
     """
-    speed, wet = contact.speed_sliding, pressure > 0.0
-    rolling = np.where(wet, rolling_heat, 0.0)
+    speed, n = contact.speed_sliding, film.size
     conducted = _conducted(pressure, film, lubricant, bulk, matrices)
-    walls, resistance = conducted.walls, conducted.resistance
-
-    stress, wall = guess or (np.zeros_like(film), np.full_like(film, walls.mean))
-    if not (stress[wet] > 0.0).all():
-        stress = np.where(stress > 0.0, stress, _stress(pressure, film, wall, lubricant, speed))
-    surface, exact = np.empty((0, 0)), False
-    # bounds the temperature rise of an isothermal initial guess, which may be arbitrarily large
-    alone = conducted.weights * (walls.matrix_1.diagonal() + walls.matrix_2.diagonal()) + resistance
-    stress = np.minimum(stress, _MAX_RISE / np.maximum(speed * alone, 1e-300))
-    even, law = speed * resistance * stress, lubricant.shear_law
-    cut = law.limit_slope if law.limited and law.limit == "cut" else math.inf
-    nodes = np.empty((_kernels.ROWS, film.size))
-    nodes[_kernels.PRESSURE], nodes[_kernels.SOURCE] = pressure, rolling
-    nodes[_kernels.LOG_RATE] = math.log(max(speed, 1e-300)) - np.log(film)
-    nodes[_kernels.RAISED] = 0.5 * resistance * rolling
-    model = Film(nodes, speed, law.numbers(1.0, 1.0, 1.0), law.limit_ambient, cut)
-    log_stress = np.log(np.maximum(stress, 1e-130))
-    start = log_stress.copy()
-    next_wall, log_eta, into_1 = np.empty_like(film), np.empty_like(film), np.empty_like(film)
-    layer = HeatedFilm.at(pressure, lubricant, wall + even).warmed(wall, even)
-    iterations, missed, converged = 0, math.inf, False
-    while not converged and iterations < max_iterations:
-        # ln(eta) linearised at the current temperatures; its error is evaluated at the new ones below
-        nodes[_kernels.RESISTANCE], nodes[_kernels.TANGENT] = layer.growth * resistance, layer.growth * even
-        nodes[_kernels.WALL], nodes[_kernels.TEMPERATURE] = wall, layer.temperature
-        nodes[_kernels.LOG_ETA], nodes[_kernels.BY_TEMPERATURE] = layer.log_viscosity, -layer.decay
-        nodes[_kernels.FOLLOWED] = layer.followed
-        most = max_iterations - iterations if exact else min(max_iterations - iterations, _PATIENCE)
-        done, matrices_used = _kernels.heat_balance(
-            walls, model, conducted.weights, surface, log_stress, tolerance, most, next_wall, log_eta, into_1
+    walls, resistance, weights = conducted.walls, conducted.resistance, conducted.weights
+    shear, law, log_inlet = lubricant.shear_law, lubricant.pressure_law, math.log(lubricant.viscosity_inlet)
+    cut = shear.limit_slope if shear.limited and shear.limit == "cut" else math.inf
+    nodes, work = np.empty((_kernels.ROWS, n)), np.zeros((_kernels.WORK_ROWS, n))
+    model = Film(nodes, speed, shear.numbers(1.0, 1.0, 1.0), shear.limit_ambient, cut, RISE)
+    nodes[_kernels.PRESSURE], nodes[_kernels.LOG_RATE] = pressure, math.log(max(speed, 1e-300)) - np.log(film)
+    numbers = law.numbers if isinstance(law, ModulusLaw) else np.empty(0)
+    stress, work[_kernels.SURFACE] = guess or (np.zeros(n), walls.mean)
+    if not (stress > 0.0)[pressure > 0.0].all():
+        nodes[_kernels.TEMPERATURE] = work[_kernels.SURFACE]
+        _fill_viscosity(nodes, law, log_inlet, numbers)
+        stress = np.where(stress > 0.0, stress, _kernels.stresses(model))
+    _kernels.prepare(walls, model, weights, resistance, rolling_heat, stress, work)
+    start, end = work[_kernels.LOG_STRESS].copy(), _kernels.FIRST
+    exact, progress = np.empty((0, 0)), np.array([_kernels.FIRST, 0.0, math.inf])
+    while end < _kernels.BALANCED:
+        if end == _kernels.EXACT:
+            exact, work[_kernels.LOG_STRESS] = conducted.exact(), start
+        else:
+            _fill_viscosity(nodes, law, log_inlet, numbers)
+        end = _kernels.balanced(
+            walls, model, weights, exact, resistance, numbers, log_inlet, tolerance, max_iterations, work, progress
         )
-        iterations += max(matrices_used, 1)
-        if not done:
-            if exact:
-                break
-            surface, exact, log_stress = conducted.exact(), True, start.copy()
-            continue
-        stress = np.exp(log_stress)
-        next_even = speed * resistance * stress
-        layer = layer.warmed(next_wall, next_even)
-        before, missed = missed, float(np.max(np.abs(layer.log_viscosity - log_eta), where=wet, initial=0.0))
-        converged = missed < tolerance
-        share = 1.0 if converged or missed < 0.9 * before else 0.5
-        wall, even = wall + share * (next_wall - wall), even + share * (next_even - even)
-        if share < 1.0:
-            layer = layer.warmed(wall, even)
-    temperature, known = layer.temperature, layer.log_viscosity
-    change = known - math.log(lubricant.viscosity_inlet) - lubricant.log_viscosity_ratio(pressure)
+    change = nodes[_kernels.LOG_ETA] - log_inlet - law.log_ratio(pressure)
+    stress = np.where((pressure > 0.0) & (speed > 0.0), np.exp(work[_kernels.LOG_STRESS]), 0.0)
     return FilmTemperature(
-        pressure, film, np.where(wet & (speed > 0.0), stress, 0.0), temperature, wall, change,
-        rolling, bulk, conducted, iterations, converged,
+        pressure, film, stress, model, work[_kernels.SURFACE], change, bulk, conducted, int(progress[1]),
+        end == _kernels.BALANCED,
     )  # fmt: skip
 
 
 def traction_of(
-    found: FilmTemperature, x: FloatArray, contact: LineContact, lubricant: Lubricant, bodies: tuple[Material, Material]
+    found: FilmTemperature, x: FloatArray, contact: LineContact, bodies: tuple[Material, Material]
 ) -> ThermalTraction:
     """Friction and surface temperatures of a film in layer."""
     speed, load = contact.speed_sliding, contact.load_per_length
-    pressure, film, temperature, bulk = found.pressure, found.film, found.temperature, found.bulk
+    temperature, bulk = found.temperature, found.bulk
     conducted, rolling = found.conducted, found.rolling_heat
     heat = speed * found.stress
     flux_1 = conducted.into_1(heat + rolling, bulk[1] - bulk[0])
@@ -268,7 +218,7 @@ def traction_of(
     surface_2 = bulk[1] + conducted.walls.matrix_2 @ flux_2
 
     # the power follows from the law at the final temperatures, so that the residual contains any imbalance
-    final = _stress(pressure, film, temperature, lubricant, speed)
+    final = _kernels.stresses(found.model)
     power = float(np.trapezoid(speed * final + rolling, x))
     into = float(np.trapezoid(flux_1 + flux_2, x))
     residual = abs(into - power) / power if power > 0.0 else 0.0
@@ -308,17 +258,3 @@ def _conducted(
     _kernels.conduct(*matrices, conductance, factors, pivots, weights)
     walls = Walls(*matrices, factors, pivots, conductance, 0.5 * (bulk[0] + bulk[1]), bulk[1] - bulk[0])
     return Conducted(walls, weights, film / (8.0 * k_film))
-
-
-_MAX_RISE = 500.0  # K
-_PATIENCE = 10  # matrices with the approximate conduction before the exact one is used
-
-
-def _stress(
-    pressure: FloatArray, film: FloatArray, temperature: FloatArray, lubricant: Lubricant, speed: float
-) -> FloatArray:
-    if speed == 0.0:
-        return np.zeros_like(pressure)
-    log_viscous = lubricant.log_viscosity(pressure, temperature) + math.log(max(speed, 1e-300)) - np.log(film)
-    stress = np.exp(np.maximum(lubricant.shear_law.log_stress(log_viscous, pressure)[0], -300.0))
-    return np.where(pressure > 0.0, stress, 0.0)

@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from ehl.compile._kernels import factored, product, solve_factored
-from ehl.compile.compiler import INTERNAL_KERNEL, KERNEL, kernel
+from ehl.compile._kernels import factored, log, product, solve_factored
+from ehl.compile.compiler import FAST_INTERNAL_KERNEL, FAST_KERNEL, INTERNAL_KERNEL, KERNEL, kernel
 from ehl.fluid._kernels import inlet_laws, limited_stress, log_mobility
 from ehl.fluid.lookup import LawTable
 from ehl.fluid.rheology import ShearNumbers
@@ -54,52 +54,61 @@ class Groups(NamedTuple):
     offset: np.ndarray
 
 
+@kernel(**FAST_KERNEL)
+def _hat_functions(s, hats):
+    """Moments of the hat functions about their nodes over their orders, reach of the near field, inverse lengths."""
+    for j in range(s.size):
+        left = s[j] - s[j - 1] if j > 0 else 0.0
+        right = s[j + 1] - s[j] if j < s.size - 1 else 0.0
+        l2, r2 = left * left, right * right
+        hats[0, j] = 0.5 * (left + right)
+        hats[1, j] = (r2 - l2) / 6.0
+        hats[2, j] = (r2 * right + l2 * left) / 24.0
+        hats[3, j] = (r2 * r2 - l2 * l2) / 60.0
+        hats[4, j] = (r2 * r2 * right + l2 * l2 * left) / 120.0
+        hats[5, j] = (r2 * r2 * r2 - l2 * l2 * l2) / 210.0
+        hats[6, j] = FAR * max(left, right)
+        hats[7, j] = 1.0 / left if left > 0.0 else 0.0
+        hats[8, j] = 1.0 / right if right > 0.0 else 0.0
+
+
+@kernel(**FAST_KERNEL)
+def _kernel_row(s, i, hats, twice, row):
+    """Row of `log_kernel`: moments far away, where the closed form from the twice integrated logarithm loses digits.
+
+    Without branches or calls of a library, so that it works on vectors.
+    """
+    n = s.size
+    for j in range(n):
+        r = s[i] - s[j]
+        ln = log(abs(r) + 1e-300)
+        q = 1.0 / r
+        series = hats[1, j] + q * (hats[2, j] + q * (hats[3, j] + q * (hats[4, j] + q * hats[5, j])))
+        row[j] = hats[0, j] * ln - q * series
+        twice[j] = r * r * (0.5 * ln - 0.75)
+    for j in range(1, n - 1):
+        here = twice[j]
+        near = (twice[j + 1] - here) * hats[8, j] + (twice[j - 1] - here) * hats[7, j]
+        row[j] = row[j] if abs(s[i] - s[j]) > hats[6, j] else near
+    for j, sign, beside in ((0, 1.0, 1), (n - 1, -1.0, n - 2)):
+        r = s[i] - s[j]
+        if not abs(r) > hats[6, j]:
+            end = r * log(abs(r) + 1e-300) - r
+            row[j] = (twice[beside] - twice[j]) * (hats[7, j] + hats[8, j]) + sign * end
+
+
 @kernel(**KERNEL)
 def log_kernel(s):
     """Matrix K[i, j] = integral of ln|s_i - t| phi_j(t) dt, phi_j the hat function of node j."""
     n = s.size
-    log = np.zeros((n, n))
-    for i in range(1, n):
-        for j in range(i):
-            log[i, j] = math.log(s[i] - s[j])
-            log[j, i] = log[i, j]
-    k = np.empty((n, n))
-    for j in range(n):
-        left = s[j] - s[j - 1] if j > 0 else 0.0
-        right = s[j + 1] - s[j] if j < n - 1 else 0.0
-        limit = FAR * max(left, right)
-        l2 = left * left
-        r2 = right * right
-        # Moments of the hat function about its node; the closed form loses digits far away.
-        m0 = 0.5 * (left + right)
-        m1 = (r2 - l2) / 6.0
-        m2 = (r2 * right + l2 * left) / 12.0
-        m3 = (r2 * r2 - l2 * l2) / 20.0
-        m4 = (r2 * r2 * right + l2 * l2 * left) / 30.0
-        m5 = (r2 * r2 * r2 - l2 * l2 * l2) / 42.0
-        for i in range(n):
-            r = s[i] - s[j]
-            if abs(r) > limit:
-                q = 1.0 / r
-                series = m1 + q * (m2 / 2.0 + q * (m3 / 3.0 + q * (m4 / 4.0 + q * m5 / 5.0)))
-                k[i, j] = m0 * log[i, j] - q * series
-                continue
-            # from the twice integrated logarithm, r^2/2 ln|r| - 3 r^2/4
-            here = r * r * (0.5 * log[i, j] - 0.75)
-            k[i, j] = 0.0
-            if right > 0.0:
-                ahead = r - right
-                k[i, j] += (ahead * ahead * (0.5 * log[i, j + 1] - 0.75) - here) / right
-            if left > 0.0:
-                behind = r + left
-                k[i, j] += (behind * behind * (0.5 * log[i, j - 1] - 0.75) - here) / left
-            if left == 0.0 or right == 0.0:
-                first = r * log[i, j] - r
-                k[i, j] += first if left == 0.0 else -first
+    k, twice, hats = np.empty((n, n)), np.empty(n), np.empty((9, n))
+    _hat_functions(s, hats)
+    for i in range(n):
+        _kernel_row(s, i, hats, twice, k[i])
     return k
 
 
-@njit(**INTERNAL_KERNEL)
+@njit(**FAST_INTERNAL_KERNEL)
 def _density(terms, x):
     """Sum of the Lorentzians of a mesh."""
     total = 0.0

@@ -131,7 +131,7 @@ def solve_smooth(
         return replace(base, status="failed", reason=reason, rounds=rounds, iterations=iterations)
 
     assert hot.found is not None
-    heat = traction_of(hot.found, hot.x * contact.half_width, contact, oil, bodies)
+    heat = traction_of(hot.found, hot.x * contact.half_width, contact, bodies)
     if oil is not lubricant:
         own = lubricant.log_viscosity(hot.found.pressure, hot.found.temperature)
         own -= math.log(lubricant.viscosity_inlet) + lubricant.log_viscosity_ratio(hot.found.pressure)

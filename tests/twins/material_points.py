@@ -45,7 +45,7 @@ def conducts_like_the_transient_solver(monkeypatch: Any) -> None:
 
 def at_mid_film(monkeypatch: Any) -> None:
     """Let the steady heat balance take the viscosity at mid-film of a parabola, as earlier programs did."""
-    monkeypatch.setattr(ehl.heat.traction, "effective_rise", lambda even, decay: (np.ones_like(even),) * 2)
+    monkeypatch.setattr(ehl.heat.traction, "RISE", ((1.0, 0.0, 0.0, 0.0),) * 2)
 
 
 def without_flow_heat(monkeypatch: Any) -> None:

@@ -10,10 +10,11 @@ import math
 
 from numba import njit
 
+from ehl.compile._kernels import log
 from ehl.compile.compiler import FAST_INTERNAL_KERNEL, FAST_KERNEL, kernel
 from ehl.fluid._kernels import inlet_laws, limited_stress, log_mobility, stress_after, stress_scale
 from ehl.fluid.rheology import NEWTONIAN
-from ehl.rough._kernels.vectors import exp, log
+from ehl.rough._kernels.vectors import exp
 
 LOG_VISCOSITY_MAX = 80.0  # of eta/eta0; every law is clamped there
 BALANCE_LIMIT = 16

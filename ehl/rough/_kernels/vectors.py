@@ -17,7 +17,7 @@ from numba.core.typing.templates import ConcreteTemplate, infer_global, signatur
 from numba.extending import intrinsic, lower_builtin, models, register_model
 from numba.np.arrayobj import make_array
 
-from ehl.compile._kernels import bits_of_float, float_of_bits
+from ehl.compile._kernels import LN2_HIGH, LN2_LOW, float_of_bits
 from ehl.compile.compiler import FAST_KERNEL, INTERNAL_KERNEL, kernel
 
 LANES = 4
@@ -25,9 +25,6 @@ VECTOR = ir.VectorType(ir.DoubleType(), LANES)
 LANE = ir.IntType(32)
 
 LOG2_E = 1.4426950408889634
-LN2_HIGH = 0.6931471803691238  # the low bits are zero: k LN2_HIGH is exact
-LN2_LOW = 1.9082149292705877e-10
-ROOT_HALF_BITS = 4604544271217802189  # bit pattern of sqrt(1/2)
 
 
 class QuadType(types.Type):
@@ -196,24 +193,3 @@ def exp(x):
     p = p * r + 1.0
     p = p * r + 1.0
     return p * float_of_bits((int(k) + 1023) << 52)
-
-
-@kernel(**FAST_KERNEL)
-def log(x):
-    """ln x of a positive normal number: x = 2^e m, sqrt(1/2) <= m < sqrt 2, and the series of artanh."""
-    bits = bits_of_float(x)
-    e = (bits - ROOT_HALF_BITS) >> 52
-    m = float_of_bits(bits - (e << 52))
-    s = (m - 1.0) / (m + 1.0)
-    z = s * s
-    p = 1.0 / 19.0
-    p = p * z + 1.0 / 17.0
-    p = p * z + 1.0 / 15.0
-    p = p * z + 1.0 / 13.0
-    p = p * z + 1.0 / 11.0
-    p = p * z + 1.0 / 9.0
-    p = p * z + 1.0 / 7.0
-    p = p * z + 1.0 / 5.0
-    p = p * z + 1.0 / 3.0
-    p = p * z + 1.0
-    return 2.0 * s * p + float(e) * (LN2_HIGH + LN2_LOW)

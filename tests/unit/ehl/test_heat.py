@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 from contacts import BEARING_STEEL as STEEL
+from contacts import effective_rise, thermal_traction
 from contacts import hot_oil as oil
 from contacts import line_contact as contact
-from contacts import thermal_traction
 from numpy.testing import assert_allclose
 from scipy import optimize
 from scipy.stats import qmc
@@ -21,7 +21,7 @@ from ehl.heat.estimate import (
     murch_wilson_1975,
     thermal_loading,
 )
-from ehl.heat.traction import effective_rise, flux_to_surface_1
+from ehl.heat.traction import flux_to_surface_1
 from ehl.line_contact import LineContact, moes_1992, wilson_gupta_1992
 from ehl.material import Material
 

@@ -5,13 +5,15 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from contacts import effective_rise
 from numpy.testing import assert_allclose
 from scipy.linalg.lapack import dgetrs
 from scipy.special import k0e, k1e
 
 from ehl.fluid.lubricant import PAO, Lubricant
+from ehl.fluid.viscosity import ModulusLaw
 from ehl.heat import _kernels, conduction
-from ehl.heat.traction import effective_rise, film_temperature, flux_to_surface_1
+from ehl.heat.traction import film_temperature, flux_to_surface_1
 from ehl.material import Material
 from ehl.smooth.mesh import Features, grade
 
@@ -95,6 +97,24 @@ def test_flow_heat():
     assert_allclose(_kernels.flow_heat(*arguments), twin_flow_heat(*arguments), rtol=1e-9)
 
 
+MODULUS = ModulusLaw((2.704e7, 8.399e5, 0.0579, -5.921e-4), 373.15, (1000.0, 95.0))
+
+
+@pytest.mark.parametrize("law", [MODULUS, ModulusLaw(MODULUS.constants, 353.15, beta=0.03)])
+def test_compiled_modulus_law(law):
+    """Values of the law, its slope and the fall of the slope, on both sides of nine tenths of the pole."""
+    pressure, temperature = (g.ravel() for g in np.meshgrid(np.linspace(0.0, 4e9, 41), np.linspace(250.0, 700.0, 46)))
+    nodes = np.empty((_kernels.ROWS, pressure.size))
+    nodes[_kernels.PRESSURE], nodes[_kernels.TEMPERATURE] = pressure, temperature
+    _kernels.modulus_viscosity(nodes, -3.0, law.numbers)
+    assert_allclose(nodes[_kernels.LOG_ETA], law.log_ratio(pressure, temperature) - 3.0, rtol=1e-12, atol=1e-12)
+    slope, warmer = (law.by_temperature(pressure, temperature + kelvin) for kelvin in (0.0, 1.0))
+    assert_allclose(nodes[_kernels.BY_TEMPERATURE], slope, rtol=1e-12)
+    loss = np.where(slope < 0.0, np.clip(1.0 - warmer / np.where(slope < 0.0, slope, 1.0), 0.0, 0.2), 0.0)
+    assert_allclose(nodes[_kernels.LOSS], loss, atol=1e-12)
+    assert np.count_nonzero(loss) > 0
+
+
 def balanced(speed, surface_speeds, guess=None, tolerance=1e-9, law="roelands"):
     """A hot film with its conduction, on a graded mesh with a dry node in it."""
     x = PLACES[::2] * 2e-4
@@ -102,8 +122,9 @@ def balanced(speed, surface_speeds, guess=None, tolerance=1e-9, law="roelands"):
         youngs_modulus=206e9, poisson_ratio=0.3, thermal_conductivity=46.0, heat_capacity=470.0, density=7850.0
     )
     ceramic = steel.model_copy(update={"thermal_conductivity": 20.0, "density": 3200.0})
+    modulus = {"modulus_constants": MODULUS.constants, "temperature_constants": MODULUS.vogel}
     oil = Lubricant(0.0106, 15e-9, law, rheology="eyring", limiting_shear_coefficient=0.06, temperature=373.15,
-                    temperature_viscosity=0.04)  # fmt: skip
+                    temperature_viscosity=0.04, **modulus if law == "modulus" else {})  # fmt: skip
     pressure = 1.2e9 * np.where(x < -2e-4, 0.01, np.sqrt(np.clip(1.0 - (x / 2.1e-4) ** 2, 0.0, None)))
     pressure[[5, -1]] = 0.0
     matrices = tuple(
@@ -119,7 +140,7 @@ def balanced(speed, surface_speeds, guess=None, tolerance=1e-9, law="roelands"):
     return found, oil, matrices
 
 
-@pytest.mark.parametrize("law", ["roelands", "barus"])
+@pytest.mark.parametrize("law", ["roelands", "barus", "modulus"])
 @pytest.mark.parametrize("speeds", [(6.0, 4.0), (9.0, 1.0), (8.0, 0.0), (8.0, -4.0)])
 def test_stress_and_temperature_fit_each_other(speeds, law):
     """The balance by dense matrices and the laws themselves."""

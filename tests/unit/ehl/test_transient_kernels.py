@@ -9,6 +9,7 @@ from contacts import line_contact
 from twins.exact_elasticity import LogConvolution
 
 from ehl.common.data import data_names
+from ehl.compile._kernels import log
 from ehl.fluid._kernels import inlet_laws
 from ehl.fluid.density import Tait, TaitCompression
 from ehl.fluid.free_volume import Doolittle, ImprovedYasutomi, McEwenPaluch, OriginalYasutomi
@@ -18,7 +19,7 @@ from ehl.rough._kernels.fluid import balanced_shear_row, fluidity_rows, isotherm
 from ehl.rough._kernels.motion import sample_profile
 from ehl.rough._kernels.quasi_separable import MODES, exponential_product, factor_and_solve
 from ehl.rough._kernels.records import FluidityRows, HeatRows
-from ehl.rough._kernels.vectors import exp, log
+from ehl.rough._kernels.vectors import exp
 from ehl.rough.exponential_sums import (
     fit_log_kernel,
     fit_root_kernel,
