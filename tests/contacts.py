@@ -55,7 +55,10 @@ def thermal_traction(
     bulk = temperature_bulk or (lubricant.temperature, lubricant.temperature)
     conduction = matrices or surface_matrices(x, contact, bodies)
     rolling = np.zeros_like(x) if rolling_heat is None else rolling_heat
-    found = film_temperature(pressure, film, contact, lubricant, bulk, conduction, rolling_heat=rolling, **options)
+    found = film_temperature(
+        pressure, film, lubricant.film_conductivity(pressure, lubricant.thermal_conductivity), contact, lubricant, bulk,
+        conduction, rolling_heat=rolling, **options,
+    )  # fmt: skip
     return traction_of(found, x, contact, bodies)
 
 

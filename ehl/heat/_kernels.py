@@ -288,6 +288,18 @@ def wall_temperature(walls, heat, into_1, work, out):
         out[i] = walls.mean + 0.5 * (work[i] + out[i])
 
 
+@kernel(**KERNEL)
+def divided(walls, heat):
+    """Heat into body 1 and both surface temperatures above those of the bodies, as in `wall_temperature`."""
+    into_1, rise_1, rise_2, work = np.empty((4, heat.size))
+    wall_temperature(walls, heat, into_1, work, rise_2)
+    for i in range(heat.size):
+        work[i] = heat[i] - into_1[i]
+    product(walls.matrix_1, into_1, rise_1)
+    product(walls.matrix_2, work, rise_2)
+    return into_1, rise_1, rise_2
+
+
 @njit(**INTERNAL_KERNEL)
 def film_stress(film, i, temperature_change):
     """ln(tau), its derivative by the temperature, and ln(eta) at a node.

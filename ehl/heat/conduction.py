@@ -62,12 +62,12 @@ def jaeger_matrix(x: FloatArray, speed: float, body: Material, half_width: float
     unit = 1.0 / (math.pi * body.thermal_conductivity * bounded)
     onward, against = 0.5 * unit * (1.0 + rate / bounded), 0.5 * unit * (1.0 - rate / bounded)
     # cosh z + v sinh z is a superposition of motions along and against x with these weights
-    matrix = np.zeros((len(x), len(x)))
+    parts = []
     if onward > NO_SHARE * unit:
-        matrix += onward * _moving_kernel(bounded * x)
+        parts.append(onward * _moving_kernel(bounded * x))
     if against > NO_SHARE * unit:
-        matrix += against * np.ascontiguousarray(_moving_kernel(-bounded * x[::-1])[::-1, ::-1])
-    return matrix
+        parts.append(against * _moving_kernel(-bounded * x[::-1])[::-1, ::-1])
+    return np.ascontiguousarray(parts[0] if len(parts) == 1 else parts[0] + parts[1])
 
 
 def _moving_kernel(place: FloatArray) -> FloatArray:

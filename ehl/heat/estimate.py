@@ -5,7 +5,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ehl.fluid._kernels import limited_stress
 from ehl.fluid.lubricant import Lubricant
+from ehl.fluid.rheology import LOG_STRESS_MAX
 from ehl.heat.conduction import bounded_rate
 from ehl.line_contact import LineContact, wilson_gupta_1992
 from ehl.material import Material
@@ -70,12 +72,14 @@ def estimate_thermal_effect(
     pressure = np.array([contact.pressure_hertz])
     temperature = np.array([lubricant.temperature])
     k_film = float(lubricant.film_conductivity(pressure, lubricant.thermal_conductivity)[0])
-    stress = float(lubricant.shear_stress(pressure, np.array([film]), speed)[0]) if speed > 0.0 else 0.0
+    log_viscous = float(lubricant.log_viscosity(pressure, temperature)[0]) + math.log(max(speed, 1e-300) / film)
     # d ln tau/d ln eta (1 for a Newtonian film), without the limiting stress, which may act at the centre only
-    law = replace(lubricant.shear_law, limit_slope=math.inf)
-    log_viscous = lubricant.log_viscosity(pressure, temperature) + math.log(max(speed, 1e-300) / film)
-    sensitivity = float(law.log_stress(log_viscous, pressure)[1][0])
-    heat = speed * stress
+    law = lubricant.shear_law
+    log_stress, _, _ = limited_stress(log_viscous, contact.pressure_hertz, law.numbers(1.0, 1.0, 1.0))
+    unlimited = replace(law, limit_slope=math.inf).numbers(1.0, 1.0, 1.0)
+    _, sensitivity, _ = limited_stress(log_viscous, contact.pressure_hertz, unlimited)
+    stress = min(math.exp(min(log_stress, LOG_STRESS_MAX)), float(law.limiting_stress(pressure)[0]))
+    heat = speed * stress if speed > 0.0 else 0.0
     rise_film = heat * film / (8.0 * k_film)
     # rise at the trailing edge of a band, 2 q sqrt(2 b/(pi u))/e for each body, both bodies in parallel
     parallel = 0.0

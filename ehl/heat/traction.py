@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy.linalg.lapack import dgesv, dgetrs
+from scipy.linalg.lapack import dgesv
 
 from ehl.common.arrays import FloatArray
 from ehl.fluid.lubricant import Lubricant
@@ -80,18 +80,6 @@ class Conducted:
     weights: FloatArray  # of `ehl.heat._kernels.conduct`
     resistance: FloatArray  # h/(8 k) of the film
 
-    def into_1(self, heat: FloatArray, difference: float = 0.0) -> FloatArray:
-        """Part of the heat that flows into body 1, at a difference of both bulk temperatures."""
-        walls = self.walls
-        right = 0.5 * heat + walls.conductance * (difference + walls.matrix_2 @ heat)
-        found: FloatArray = dgetrs(walls.factors.T, walls.pivots - 1, right, trans=1)[0]
-        return found
-
-    def rise(self, heat: FloatArray) -> FloatArray:
-        """Mean rise of both surfaces."""
-        part = self.into_1(heat)
-        return np.asarray(0.5 * (self.walls.matrix_1 @ part + self.walls.matrix_2 @ (heat - part)))
-
     def exact(self) -> FloatArray:
         """Rise of the mean surface temperature per heat."""
         first, second = self.walls.matrix_1, self.walls.matrix_2
@@ -144,6 +132,7 @@ def _fill_viscosity(nodes: FloatArray, law: PressureLaw, log_inlet: float, numbe
 def film_temperature(
     pressure: FloatArray,
     film: FloatArray,
+    conductivity: FloatArray,
     contact: LineContact,
     lubricant: Lubricant,
     bulk: tuple[float, float],
@@ -162,6 +151,7 @@ def film_temperature(
     sliding.
 
     pressure, film (n,): fluid pressure [Pa] and film thickness [m]; there is no heat where the pressure is zero.
+    conductivity (n,): k_f of the film [W/(m K)].
     contact: speeds and load.
     lubricant: its temperature is that of the inlet.
     bulk: bulk temperatures [K].
@@ -172,7 +162,7 @@ def film_temperature(
     tolerance: on ln tau.
     """
     speed, n = contact.speed_sliding, film.size
-    conducted = _conducted(pressure, film, lubricant, bulk, matrices)
+    conducted = _conducted(film, conductivity, bulk, matrices)
     walls, resistance, weights = conducted.walls, conducted.resistance, conducted.weights
     shear, law, log_inlet = lubricant.shear_law, lubricant.pressure_law, math.log(lubricant.viscosity_inlet)
     cut = shear.limit_slope if shear.limited and shear.limit == "cut" else math.inf
@@ -208,24 +198,22 @@ def traction_of(
     found: FilmTemperature, x: FloatArray, contact: LineContact, bodies: tuple[Material, Material]
 ) -> ThermalTraction:
     """Friction and surface temperatures of a film in layer."""
-    speed, load = contact.speed_sliding, contact.load_per_length
-    temperature, bulk = found.temperature, found.bulk
-    conducted, rolling = found.conducted, found.rolling_heat
-    heat = speed * found.stress
-    flux_1 = conducted.into_1(heat + rolling, bulk[1] - bulk[0])
-    flux_2 = heat + rolling - flux_1
-    surface_1 = bulk[0] + conducted.walls.matrix_1 @ flux_1
-    surface_2 = bulk[1] + conducted.walls.matrix_2 @ flux_2
+    speed, walls, bulk = contact.speed_sliding, found.conducted.walls, found.bulk
+    temperature, rolling = found.temperature, found.rolling_heat
+    heat = speed * found.stress + rolling
+    flux_1, rise_1, rise_2 = _kernels.divided(walls, heat)
+    flux_2, surface_1, surface_2 = heat - flux_1, bulk[0] + rise_1, bulk[1] + rise_2
+    _, *rolling_rises = _kernels.divided(walls._replace(difference=0.0), rolling)
 
     # the power follows from the law at the final temperatures, so that the residual contains any imbalance
-    final = _kernels.stresses(found.model)
-    power = float(np.trapezoid(speed * final + rolling, x))
-    into = float(np.trapezoid(flux_1 + flux_2, x))
+    final, width = _kernels.stresses(found.model), np.diff(x)
+    friction, sources, into = (0.5 * float(width @ (row[1:] + row[:-1])) for row in (final, rolling, flux_1 + flux_2))
+    power = speed * friction + sources
     residual = abs(into - power) / power if power > 0.0 else 0.0
     numbers = [
         peclet_number(u, contact.half_width, b) for u, b in zip((contact.speed_1, contact.speed_2), bodies, strict=True)
     ]
-    finite = bool(np.all(np.isfinite(temperature)) and np.all(np.isfinite(final)))
+    finite = bool(np.isfinite(temperature + final).all())
     reason = "" if found.converged and finite else ("no_thermal_balance" if finite else "not_finite")
     return ThermalTraction(
         status="failed" if reason else "converged",
@@ -239,22 +227,20 @@ def traction_of(
         heat_flux_2=flux_2,
         log_viscosity_offset=found.log_viscosity_offset,
         rolling_heat=rolling,
-        temperature_rise_rolling=conducted.rise(rolling) + 0.5 * conducted.resistance * rolling,
-        friction_fluid=float(np.trapezoid(final, x)) / load,
-        temperature_film_max=float(np.max(temperature)),
-        temperature_flash=float(max(np.max(surface_1), np.max(surface_2))),
+        temperature_rise_rolling=0.5 * (sum(rolling_rises) + found.conducted.resistance * rolling),
+        friction_fluid=friction / contact.load_per_length,
+        temperature_film_max=float(temperature.max()),
+        temperature_flash=float(max(surface_1.max(), surface_2.max())),
         energy_residual=residual,
         peclet_number=min(numbers),
         iterations=found.iterations,
     )
 
 
-def _conducted(
-    pressure: FloatArray, film: FloatArray, lubricant: Lubricant, bulk: tuple[float, float], matrices: Matrices
-) -> Conducted:
-    k_film, n = lubricant.film_conductivity(pressure, lubricant.thermal_conductivity), film.size
+def _conducted(film: FloatArray, conductivity: FloatArray, bulk: tuple[float, float], matrices: Matrices) -> Conducted:
+    n = film.size
     factors, pivots, weights = np.empty((n, n)), np.empty(n, np.int32), np.empty(n)
-    conductance = k_film / film
+    conductance = conductivity / film
     _kernels.conduct(*matrices, conductance, factors, pivots, weights)
     walls = Walls(*matrices, factors, pivots, conductance, 0.5 * (bulk[0] + bulk[1]), bulk[1] - bulk[0])
-    return Conducted(walls, weights, film / (8.0 * k_film))
+    return Conducted(walls, weights, 0.125 / conductance)

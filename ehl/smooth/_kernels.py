@@ -283,6 +283,18 @@ def monotone_cubic(x, y, at):
 
 
 @kernel(**KERNEL)
+def moved_pressure(x, pressure, nodes, x_in, stretch):
+    """Pressure interpolated to other reference nodes, that of the open inlet upstream of the first one."""
+    places = _places(nodes, x_in, stretch)
+    values, _ = monotone_cubic(x, pressure, places)
+    for i in range(places.size):
+        if places[i] < x[0]:
+            ratio = x[0] / places[i]
+            values[i] *= ratio * ratio * ratio
+    return values
+
+
+@kernel(**KERNEL)
 def open_inlet(x, size):
     """Parabola x^2/2 switched on smoothly upstream of -1.5 size, and its slope.
 
@@ -524,14 +536,23 @@ def evaluate(mesh, groups, upstream, u, e, out):
 
 
 @kernel(**KERNEL)
-def newton(mesh, groups, ahead, upstream, u, tolerance, most, state, left_over, matrix, scale, pivots, given):
+def tail(x_in, groups):
+    """Pressure at the first node and load upstream of it: dP/dx = 4 lam eta/x^4 of the open parabolic inlet."""
+    lam, distance = groups.lam, abs(x_in)
+    if groups.offset.size > 0:
+        lam *= math.exp(monotone_cubic(groups.offset_x, groups.offset, np.array([x_in]))[0][0])
+    return 4.0 * lam / (3.0 * distance * distance * distance), 2.0 * lam / (3.0 * distance * distance)
+
+
+@kernel(**KERNEL)
+def newton(mesh, groups, u, tolerance, most, state, left_over, matrix, scale, pivots, given):
     """Newton's method on one mesh, damped by the natural monotonicity test (Deuflhard 2004).
 
-    Pressure at the first node and load upstream of it are given (`ehl.smooth.newton.tail`).
     A matrix that still shortens the correction to a quarter is kept, the one ``given`` too. Unknowns, state and
     residual are left in ``u``, ``state`` and ``left_over``; returns what became of it and the number of matrices.
     """
     n = mesh.nodes.size
+    ahead, upstream = tail(mesh.x_in, groups)
     step, trial = np.empty(n + 1), np.empty(n + 3)
     e, out = np.empty((ROWS, n)), np.empty(n + 1)
     for i in range(n + 3):
@@ -628,6 +649,29 @@ def at_centre(x, y):
     return total
 
 
+@njit(**INTERNAL_KERNEL)
+def _stress(log_eta, film, p, rate, law, ambient, slope):
+    """Shear stress at a node, cut off at ``ambient + slope p``, and by how much the law exceeds this limit."""
+    if not rate > 0.0:
+        return 0.0, 0.0
+    positive = max(p, 0.0)
+    log_stress, _, _ = limited_stress(math.log(rate) + log_eta - math.log(film), positive, law)
+    stress = math.exp(min(log_stress, LOG_VISCOSITY_CAP))
+    if not math.isfinite(slope):
+        return stress, 0.0
+    limit = ambient + slope * positive
+    return min(stress, limit), stress - limit
+
+
+@kernel(**KERNEL)
+def stresses(p, film, log_eta, rate, law, ambient, slope):
+    """Shear stress at the nodes."""
+    found = np.empty(p.size)
+    for i in range(p.size):
+        found[i], _ = _stress(log_eta[i], film[i], p[i], rate, law, ambient, slope)
+    return found
+
+
 @kernel(**KERNEL)
 def outputs(x, p, film, log_eta, flow, lam, far, rate, law, ambient, slope):
     """Central and minimum film, friction, maximum pressure, flow, exit and rolling traction.
@@ -652,16 +696,7 @@ def outputs(x, p, film, log_eta, flow, lam, far, rate, law, ambient, slope):
     stress_before = 0.0
     excess_before = 0.0
     for i in range(x.size):
-        stress = 0.0
-        excess = 0.0
-        if rate > 0.0:
-            positive = max(p[i], 0.0)
-            log_stress, _, _ = limited_stress(math.log(rate) + log_eta[i] - math.log(film[i]), positive, law)
-            stress = math.exp(min(log_stress, LOG_VISCOSITY_CAP))
-            if math.isfinite(slope):
-                limit = ambient + slope * positive
-                excess = stress - limit
-                stress = min(stress, limit)
+        stress, excess = _stress(log_eta[i], film[i], p[i], rate, law, ambient, slope)
         if i > 0:
             rolling += (film[i] + film[i - 1]) * (p[i] - p[i - 1])
             shear += 0.5 * (stress + stress_before) * (x[i] - x[i - 1])

@@ -44,10 +44,7 @@ def grid_for(features: Features, nodes: int) -> NodeGrid:
 def transfer(level: Level, grid: NodeGrid) -> Unknowns:
     """Unknowns of a level interpolated to another grid (monotone cubic)."""
     stretch = (level.x[-1] - grid.grading.x_in) / (grid.grading.x_exit - grid.grading.x_in)
-    x = grid.grading.x_in + stretch * (grid.nodes - grid.grading.x_in)
-    pressure = _kernels.monotone_cubic(level.x, level.unknowns.pressure, x)[0]
-    before = x < level.x[0]
-    pressure[before] *= (level.x[0] / x[before]) ** 3
+    pressure = _kernels.moved_pressure(level.x, level.unknowns.pressure, grid.nodes, grid.grading.x_in, stretch)
     # the film constant contains ln(stretch) of its grid
     h00 = level.unknowns.h00 + 0.5 * math.log(stretch / level.unknowns.stretch)
     return Unknowns(pressure, h00, level.unknowns.flow, stretch)

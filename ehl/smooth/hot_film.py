@@ -84,8 +84,9 @@ class HeatModel:
         density = lubricant.density_ratio(pressure)
         heat = flow_heat(level.x * b, pressure, film, density, capacity * film / (12.0 * k_film), speed)
         return film_temperature(
-            pressure, film, contact, lubricant, self.bulk, matrices, rolling_heat=heat, guess=guess, tolerance=tolerance
-        )
+            pressure, film, k_film, contact, lubricant, self.bulk, matrices, rolling_heat=heat, guess=guess,
+            tolerance=tolerance,
+        )  # fmt: skip
 
 
 class Mixer:
@@ -114,7 +115,7 @@ class Mixer:
         """Compute the next offset from the result of the last one."""
         used = self.used.values
         residual = found.at(self.used.x)[0] - used
-        norm = float(np.sqrt(np.mean(residual**2)))
+        norm = math.sqrt(float(residual @ residual) / residual.size)
         if norm > self._norm:
             self.relaxation, self._secants = max(SHORTER * self.relaxation, SHORTEST), []
         elif self._before is not None:

@@ -41,7 +41,7 @@ class NodeGrid:
         weights[1:] += half
         return cls(grading, nodes, np.ascontiguousarray(points[1::2]), weights, _kernels.log_kernel(nodes))
 
-    @property
+    @cached_property
     def mesh(self) -> _kernels.Mesh:
         """Mesh for the compiled kernels."""
         grading = self.grading
@@ -106,14 +106,6 @@ class NewtonFactors:
         self.known = False
 
 
-def tail(x_in: float, scaled: ScaledContact) -> tuple[float, float]:
-    """Pressure at the first node and load upstream of it: dP/dx = 4 lam eta/x^4 of the open parabolic inlet."""
-    lam, distance = scaled.lam, abs(x_in)
-    if scaled.offset is not None:
-        lam *= float(np.exp(scaled.offset.at(np.array([x_in]))[0][0]))
-    return 4.0 * lam / (3.0 * distance**3), 2.0 * lam / (3.0 * distance**2)
-
-
 def solve_level(
     grid: NodeGrid,
     scaled: ScaledContact,
@@ -128,18 +120,18 @@ def solve_level(
     Raises `NewtonFailure`: "start_infeasible", "singular_matrix", "damping_exhausted" or "iteration_limit".
     """
     n = grid.nodes.size
-    u = np.concatenate([start.pressure, (start.h00, start.flow, start.stretch)])
+    u = np.empty(n + 3)
+    u[:n], u[n], u[n + 1], u[n + 2] = start.pressure, start.h00, start.flow, start.stretch
     state, residual = np.empty((_kernels.ROWS, n)), np.empty(n + 1)
     factors = factors or NewtonFactors(grid)
-    mesh = grid.mesh
     end, iterations = _kernels.newton(
-        mesh, scaled.groups, *tail(mesh.x_in, scaled), u, tolerance, max_iterations, state, residual,
+        grid.mesh, scaled.groups, u, tolerance, max_iterations, state, residual,
         factors.matrix, factors.scale, factors.pivots, factors.known,
     )  # fmt: skip
     factors.known = end == _kernels.CONVERGED
     if end != _kernels.CONVERGED:
         raise NewtonFailure(_ENDS[end], iterations)
-    x, film, rho, log_eta = (state[row] for row in (_kernels.X, _kernels.FILM, _kernels.RHO, _kernels.LOG_ETA))
+    x, film, rho, log_eta = state[_kernels.X], state[_kernels.FILM], state[_kernels.RHO], state[_kernels.LOG_ETA]
     return Level(grid, scaled, Unknowns(u[:n], *u[n:].tolist()), x, film, rho, log_eta, iterations, residual)
 
 
@@ -171,12 +163,7 @@ class FilmShear:
 
     def stress_at(self, log_eta: FloatArray, film: FloatArray, pressure: FloatArray) -> FloatArray:
         """Shear stress at the nodes."""
-        if self.rate == 0.0:
-            return np.zeros(film.size)
-        log_viscous = math.log(self.rate * self.pressure_hertz) + log_eta - np.log(film)
-        p = np.maximum(pressure, 0.0) * self.pressure_hertz
-        stress = np.minimum(np.exp(self.law.log_stress(log_viscous, p)[0]), self.law.limiting_stress(p))
-        return np.asarray(stress / self.pressure_hertz)
+        return np.asarray(_kernels.stresses(pressure, film, log_eta, self.rate, *self.numbers))
 
 
 @dataclass(frozen=True)

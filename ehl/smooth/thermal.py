@@ -103,8 +103,12 @@ def solve_smooth(
 
     rounds, iterations, tolerance = 0, isothermal.iterations, ROUND_TOLERANCE[accuracy]
     for oil, cold, fallback in _references(contact, lubricant, bulk, isothermal):
-        model, scaled = HeatModel(contact, oil, bodies, bulk), scaled_contact(contact, oil)
-        ways = [scaled, scaled.rounded()] if scaled.rounded().gamma > scaled.gamma else [scaled]
+        model, scaled = (
+            HeatModel(contact, oil, bodies, bulk),
+            cold.scaled if not fallback else scaled_contact(contact, oil),
+        )
+        blunt = scaled.rounded()
+        ways = [scaled, blunt] if blunt.gamma > scaled.gamma else [scaled]
         if fallback == ROUNDED:
             ways = ways[1:]
         for way in ways:

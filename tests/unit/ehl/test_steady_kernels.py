@@ -16,7 +16,7 @@ from ehl.fluid.lubricant import Lubricant
 from ehl.smooth import _kernels
 from ehl.smooth.continuation import PathReport, easy_start
 from ehl.smooth.mesh import Features, grade
-from ehl.smooth.newton import NewtonFactors, NodeGrid, solve_level, tail
+from ehl.smooth.newton import NewtonFactors, NodeGrid, solve_level
 from ehl.smooth.scaling import Offset, ScaledContact
 
 FEATURES = Features(0.1, 1.05, -1.0, 0.2, 0.95, 0.03)
@@ -56,7 +56,7 @@ def unknowns(grid, seed=0):
 def evaluated(grid, case, u):
     """State and residual, or None outside the domain."""
     state, residual = np.empty((_kernels.ROWS, grid.nodes.size)), np.empty(grid.nodes.size + 1)
-    upstream = tail(grid.mesh.x_in, case)[1]
+    upstream = _kernels.tail(grid.mesh.x_in, case.groups)[1]
     return (state, residual) if _kernels.evaluate(grid.mesh, case.groups, upstream, u, state, residual) else None
 
 
@@ -230,7 +230,7 @@ def twin_newton(grid, case, u):
     """Undamped, every matrix made anew, solved by NumPy."""
     n = grid.nodes.size
     u, matrix, scale = u.copy(), np.empty((n + 1, n + 1)), np.empty(n + 1)
-    u[0] = tail(grid.mesh.x_in, case)[0]
+    u[0] = _kernels.tail(grid.mesh.x_in, case.groups)[0]
     for _ in range(40):
         state, residual = evaluated(grid, case, u)
         _kernels.jacobian(grid.mesh, case.lam, u, state, matrix, scale)
@@ -262,8 +262,7 @@ def test_newton_says_why_it_ends(grid):
     work = factors.matrix, factors.scale, factors.pivots
 
     def end(u, most=40):
-        ends = tail(grid.mesh.x_in, case)
-        return _kernels.newton(grid.mesh, case.groups, *ends, u, 1e-8, most, state, residual, *work, False)[0]
+        return _kernels.newton(grid.mesh, case.groups, u, 1e-8, most, state, residual, *work, False)[0]
 
     assert end(u.copy(), most=1) in (_kernels.LIMIT, _kernels.EXHAUSTED)
     closed = u.copy()
