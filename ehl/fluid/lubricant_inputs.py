@@ -14,7 +14,7 @@ from ehl.fluid import oil_laws
 from ehl.fluid.density import DOWSON_HIGGINSON, INCOMPRESSIBLE, Compression, DowsonHigginson
 from ehl.fluid.free_volume import Doolittle
 from ehl.fluid.lubricant import ASSUMED_CONDUCTIVITY, PAO, FilmConductivity, Lubricant
-from ehl.fluid.oil import Oil
+from ehl.fluid.oil import Oil, lubricant_of
 from ehl.fluid.pressure_viscosity import AlphaDefinition, roelands_slope, solve_constant
 from ehl.fluid.rheology import Limit, Rheology, RisingStress
 from ehl.fluid.viscosity import RoelandsLaw, Temperature
@@ -241,7 +241,7 @@ class OilLubricant(ShearInput):
         rising = self._rising_stress(card)
         if self.eyring_stress_law == "pressure" and rising is not None:
             given["eyring_stress"] = rising
-        found = card.at(self.temperature_oil if temperature is None else temperature)
+        found = lubricant_of(self.oil, self.temperature_oil if temperature is None else temperature)
         # the viscosity is that of the oil card
         return replace(found, **(given | self.shear_figures())).with_alpha_film(found.pressure_viscosity_film)
 

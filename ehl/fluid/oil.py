@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import cache
+from functools import cache, lru_cache
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar
@@ -458,6 +458,18 @@ def _changed(name: str) -> int:
         return Path(name).stat().st_mtime_ns
     except OSError:
         return 0
+
+
+def lubricant_of(name: str, temperature: Any) -> Lubricant:
+    """`Oil.at` of the card with a name; contacts in series share one oil and temperature, so the last are kept."""
+    if not isinstance(temperature, float):
+        return Oil.load(name).at(temperature)
+    return _lubricant_of(name, _changed(name), temperature)
+
+
+@lru_cache(maxsize=64)
+def _lubricant_of(name: str, changed: int, temperature: float) -> Lubricant:
+    return Oil.load(name).at(temperature)
 
 
 @cache
