@@ -14,9 +14,9 @@ from numba import njit
 
 from ehl.compile._kernels import factored, log, product, solve_factored
 from ehl.compile.compiler import FAST_INTERNAL_KERNEL, FAST_KERNEL, INTERNAL_KERNEL, KERNEL, kernel
-from ehl.fluid._kernels import inlet_laws, limited_stress, log_mobility
+from ehl.fluid._kernels import inlet_laws, limited_stress, log_mobility, stress_scale
 from ehl.fluid.lookup import LawTable
-from ehl.fluid.rheology import ShearNumbers
+from ehl.fluid.rheology import EYRING, ShearNumbers
 
 FAR = 24.0  # element sizes beyond which the moment series of the kernel replaces its closed form
 LOG_VISCOSITY_CAP = 500.0  # exp() of more than this is no oil and would overflow
@@ -219,6 +219,7 @@ def nodal_state(groups, p, h, offset, e):
     gamma = groups.gamma
     cross = groups.cross
     shear = groups.shear
+    short = shear.plain or gamma == 0.0 or (shear.kind == EYRING and not shear.smooth)
     for i in range(p.size):
         value, slope, e[RHO, i], e[RHO_P, i] = inlet_laws(p[i], groups.table)
         value *= groups.stiffness
@@ -228,9 +229,11 @@ def nodal_state(groups, p, h, offset, e):
             slope = 0.0
         value += offset[i]
         e[LOG_ETA, i] = value
-        if shear.plain or gamma == 0.0:
-            e[F, i], e[F_X, i], e[F_H, i] = _mobility(value, h[i], gamma, cross)
-            e[F_P, i] = e[F_X, i] * slope
+        if short:
+            # f depends on gamma/(h scale): a change of the stress scale acts like one of the film
+            scale, scale_p = stress_scale(p[i], shear)
+            e[F, i], e[F_X, i], e[F_H, i] = _mobility(value, h[i], gamma / scale, cross)
+            e[F_P, i] = e[F_X, i] * slope + e[F_H, i] * h[i] * scale_p
         else:
             log_f, by_eta, by_film, by_pressure = log_mobility(value, gamma, h[i], p[i], cross, shear)
             f = math.exp(log_f)

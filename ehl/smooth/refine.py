@@ -59,15 +59,17 @@ def extrapolate(levels: list[FloatArray], coarsest: int, *, hot: bool = False) -
     coarse, middle, fine = levels[-3:]
     value = fine + (fine - middle) / 3.0
     before = middle + (middle - coarse) / 3.0
-    change_share, share = CHANGE_SHARE, float(np.clip(RAW_SHARE * (RAW_INTERVALS / (coarsest - 1)) ** 6, *RAW_BOUNDS))
+    least, most = RAW_BOUNDS
+    change_share, share = CHANGE_SHARE, min(max(RAW_SHARE * (RAW_INTERVALS / (coarsest - 1)) ** 6, least), most)
     if hot:
         change_share, share = HOT_CHANGE_SHARE, HOT_RAW_SHARE
-    errors = change_share * np.abs(value - before) + share * np.abs(fine - middle) + FLOOR * np.abs(value)
+    change = np.abs(fine - middle)
+    errors = change_share * np.abs(value - before) + share * change + FLOOR * np.abs(value)
     if not hot:
         # where the changes fall more slowly than of second order: the limit of the order observed
-        ratio = np.abs(middle - coarse) / np.maximum(np.abs(fine - middle), 1e-300)
+        ratio = np.abs(middle - coarse) / np.maximum(change, 1e-300)
         beyond = 1.0 / (np.clip(ratio, *OBSERVED_RATIOS) - 1.0) - 1.0 / 3.0
-        errors = np.maximum(errors, beyond * np.abs(fine - middle))
+        errors = np.maximum(errors, beyond * change)
     return GridLimit(value, errors)
 
 

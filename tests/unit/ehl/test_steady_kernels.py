@@ -11,8 +11,10 @@ from scipy.interpolate import PchipInterpolator
 
 from ehl.compile._kernels import factored, product, solve_factored
 from ehl.compile.compiler import KERNEL, kernel
+from ehl.fluid._kernels import inlet_laws, log_mobility
 from ehl.fluid.lookup import law_table
 from ehl.fluid.lubricant import Lubricant
+from ehl.fluid.rheology import LinearStress, ShearLaw
 from ehl.smooth import _kernels
 from ehl.smooth.continuation import PathReport, easy_start
 from ehl.smooth.mesh import Features, grade
@@ -119,6 +121,22 @@ def test_nodal_state(law, gamma, cross):
         up[place], down[place] = up[place] + step, down[place] - step
         twin = (state(*up)[output] - state(*down)[output]) / (2.0 * step)
         np.testing.assert_allclose(slope, twin, rtol=2e-6, atol=1e-9 * np.abs(twin).max() + 1e-15)
+
+
+@pytest.mark.parametrize("cross", [0.0, 0.4, 1.0])
+def test_nodal_state_with_a_stress_that_rises_with_pressure(cross):
+    """The short form against the general law in logarithms."""
+    shear = ShearLaw("eyring", LinearStress(4e6, 0.02)).numbers(PRESSURE, 5e6, 0.01)
+    case = replace(scaled(cross=cross), shear=shear)
+    p, h, offset = np.linspace(0.0, 1.3, 40), np.geomspace(3.0, 0.01, 40), np.linspace(-0.5, 0.2, 40)
+    state = np.empty((_kernels.ROWS, p.size))
+    _kernels.nodal_state(case.groups, p, h, offset, state)
+    for i in range(p.size):
+        _, slope, _, _ = inlet_laws(p[i], case.table)
+        value, *by = log_mobility(state[_kernels.LOG_ETA, i], case.gamma, h[i], p[i], cross, shear)
+        f = np.exp(value)
+        twin = f, f * (by[0] * slope * case.stiffness + by[2]), f * by[1] / h[i], f * by[0]
+        np.testing.assert_allclose(state[_kernels.F : _kernels.F_X + 1, i], twin, rtol=1e-9, atol=1e-12 * f)
 
 
 def test_nodal_state_below_zero_pressure_continues_the_tangent():
