@@ -39,8 +39,8 @@ SINGLE = (65, 129, 257, 513)
 
 def coarse_solution(contact: LineContact, lubricant: Lubricant) -> tuple[Level, Grading]:
     """Solution at the end of the path, and the grading made for it."""
-    scene, report = scaled_contact(contact, lubricant), PathReport()
-    level = settled(cold_path(scene, PATH_NODES, report), report)
+    scaled, report = scaled_contact(contact, lubricant), PathReport()
+    level = settled(cold_path(scaled, PATH_NODES, report), report)
     return level, grade(features_of_level(level))
 
 
@@ -55,7 +55,7 @@ def single_grids(contact: LineContact, lubricant: Lubricant, counts: tuple[int, 
     for count in counts:
         started = time.process_time()
         grid = NodeGrid.of(grading, grading.points(2 * count - 1))
-        level = solve_level(grid, near.scene, transfer(level, grid))
+        level = solve_level(grid, near.scaled, transfer(level, grid))
         values = numbers_of(level, film_shear(contact, lubricant)).as_array()[:3] * [height, height, 1.0]
         found.append((values, base + time.process_time() - started))
     return found
