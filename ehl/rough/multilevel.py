@@ -131,6 +131,7 @@ class MeshLevels:
     plan: RunPlan  # tolerance, windows and budget
     reserved: float = 0.0  # work reserved for the study of the boundary film
     _changes: dict[int, tuple[tuple[int, int], FloatArray]] = field(default_factory=dict, repr=False)
+    _widths: tuple[list[int], list[float]] = field(default=([], []), repr=False)  # steps of the windows, `half_widths`
 
     @property
     def work(self) -> float:
@@ -215,8 +216,11 @@ class MeshLevels:
 
     def half_widths(self) -> list[float]:
         """Half widths of the 90 % intervals of the coarsest mean and of each difference, as they enter mu."""
-        widths = [interval_of_means(self.differences(level)) for level in range(1, len(self.windows))]
-        return [self.windows[0].interval()[1], *widths[:-1], EXTRAPOLATED * widths[-1]]
+        steps = [window.steps for window in self.windows]
+        if self._widths[0] != steps:
+            widths = [interval_of_means(self.differences(level)) for level in range(1, len(self.windows))]
+            self._widths = steps, [self.windows[0].interval()[1], *widths[:-1], EXTRAPOLATED * widths[-1]]
+        return self._widths[1]
 
     def interval(self) -> tuple[float, float]:
         """mu and the half width of its 90 % interval, including the drift after a shortened start-up."""

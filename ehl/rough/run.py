@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
+from itertools import islice
+from typing import Any
 
 import numpy as np
 
@@ -31,49 +34,55 @@ from ehl.rough.scaling import RunProblem, hertz_start
 PROFILES = 6
 
 
+def _width(n: int) -> int:
+    """Numbers from one row of n to the next: ten cache lines more than a multiple of 4096 bytes.
+
+    Rows with the same address modulo 4096 would evict each other from the cache.
+    """
+    return -(-n // 512) * 512 + 80
+
+
+def _rows(n: int) -> Iterator[FloatArray]:
+    """Any number of arrays of n zeros (`_width`)."""
+    while True:
+        yield from np.zeros((16, _width(n)))[:, :n]
+
+
 def _step_arrays(n: int) -> Step:
-    return Step(gap=np.zeros(n), upstream_mass=np.zeros(n), weight=np.ones(n), thermal=np.zeros(n))
+    gap, upstream_mass, weight, thermal = islice(_rows(n), 4)
+    weight[:] = 1.0
+    return Step(gap, upstream_mass, weight, thermal)
 
 
 def _work_arrays(n: int) -> Work:
+    rows = _rows(n)
+    fields: dict[str, Any] = {name: next(rows) for name in Work._fields}
+    fields |= {name: np.zeros((count, _width(n))) for name, count in (("residual", 2), ("band", 6), ("solution", 4))}
+    for name in ("half", "node"):
+        points = dict(zip(FluidityRows._fields, rows, strict=False))
+        fields[name] = FluidityRows(**points | {"listed": np.zeros(n, dtype=np.int64)})
+    heat = dict(zip(HeatRows._fields, rows, strict=False)) | {name: np.zeros(n + 3) for name in ("sums", "line")}
     return Work(
-        kind=np.zeros(n, dtype=np.int64),
-        total=np.zeros(n),
-        response=np.zeros(n),
-        residual=np.zeros((2, n)),
-        source=np.zeros(n),
-        half=FluidityRows(*(np.zeros(n) for _ in FluidityRows._fields)),
-        node=FluidityRows(*(np.zeros(n) for _ in FluidityRows._fields)),
-        fluidity=np.zeros(n),
-        flow=np.zeros(n),
-        exchange=np.zeros(n),
-        heat=HeatRows(*(np.zeros(n + 3 if name in ("sums", "line") else n) for name in HeatRows._fields)),
-        band=np.zeros((6, n)),
-        unit=np.zeros(n),
-        solution=np.zeros((4, n)),
-        block=np.zeros((n, 4 + 2 * MODES)),
+        **fields
+        | {
+            "kind": np.zeros(n, dtype=np.int64),
+            "heat": HeatRows(**heat),
+            "block": np.zeros((n, 4 + 2 * MODES)),
+        }
     )
 
 
 def _macroscopic(pressure: FloatArray) -> Macroscopic:
     n = pressure.size
+    fields: dict[str, Any] = dict(zip(Macroscopic._fields, _rows(n), strict=False))
     return Macroscopic(
-        pressure=pressure,
-        typical=np.zeros(n),
-        sum_exchange=np.zeros(n),
-        sum_pressure=np.zeros(n),
-        sum_conductance=np.zeros(n),
-        sum_log_flux=np.zeros(n),
-        sum_log_lateral=np.zeros(n),
-        conductance=np.zeros(n),
-        log_flux=np.zeros(n),
-        counts=np.zeros(2, dtype=np.int64),
-        total_exchange=np.zeros(n),
-        matrix=np.zeros((4, n)),
-        total=np.zeros(n),
-        sum_total=np.zeros(n),
-        deflection=np.zeros(n),
-        kind=np.zeros(n, dtype=np.int64),
+        **fields
+        | {
+            "pressure": pressure,
+            "counts": np.zeros(2, dtype=np.int64),
+            "matrix": np.zeros((4, n)),
+            "kind": np.zeros(n, dtype=np.int64),
+        }
     )
 
 
@@ -92,7 +101,7 @@ class TransientRun:
         model = self.problem.model
         n = self.problem.x.size
         pressure, mass, level = hertz_start(self.problem)
-        scalars = np.zeros(4)
+        scalars = np.zeros(6)
         scalars[RIGID_APPROACH] = scalars[RIGID_APPROACH_OLD] = level
         scalars[TRAVEL] = round(self.problem.settings.start_travel * self.problem.units.steps_per_half_width)
         modes = model.heat.ratios.size
@@ -102,6 +111,8 @@ class TransientRun:
             fluid_pressure_old=pressure.copy(),
             contact_pressure_old=np.zeros(n),
             mean_pressure=pressure.copy(),
+            predicted=np.zeros(n),
+            change=np.zeros(n),
             film=np.zeros(n),
             mass=mass,
             mass_old=mass.copy(),

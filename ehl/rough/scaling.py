@@ -314,8 +314,8 @@ def flattening_wave_number(correlation_length: float, gamma: float) -> float:
 
 def density_ratio(pressure: FloatArray, fluid: Fluid) -> FloatArray:
     """rho/rho0 at pressures in the solver's unit."""
-    place, growth, density, slope = np.zeros((4, pressure.size))
-    density_rows(np.ascontiguousarray(pressure), fluid.table, place, growth, density, slope)
+    density, slope = np.zeros((2, pressure.size))
+    density_rows(np.ascontiguousarray(pressure), fluid.table, density, slope)
     return density
 
 

@@ -57,7 +57,7 @@ def conductances(state, step, macro, work, model):  # type: ignore[no-untyped-de
     """Fluidity along x and exchange of the solver at its present films and pressures."""
     poiseuille_flow(state, step, work, model, NEWTON, 1.0, True, False)
     if model.fluid.flux_lateral > 0.0:
-        add_side_flow(state, step, macro, work, model, NEWTON)
+        add_side_flow(state, step, macro, work, model, NEWTON, True)
 
 
 def flow_factor_model(mean: float, gamma: float, correlation: float = 24.0, seed: int = 1) -> float:

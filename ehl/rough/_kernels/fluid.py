@@ -10,16 +10,30 @@ import math
 
 from numba import njit
 
-from ehl.compile._kernels import log
 from ehl.compile.compiler import FAST_INTERNAL_KERNEL, FAST_KERNEL, kernel
 from ehl.fluid._kernels import inlet_laws, limited_stress, log_mobility, stress_after, stress_scale
 from ehl.fluid.rheology import NEWTONIAN
-from ehl.rough._kernels.vectors import exp
+from ehl.rough._kernels.vectors import (
+    LANES,
+    any_above,
+    exp,
+    four,
+    lane,
+    load,
+    log,
+    store,
+    transposed,
+    where_above,
+    whole_parts,
+)
 
 LOG_VISCOSITY_MAX = 80.0  # of eta/eta0; every law is clamped there
 BALANCE_LIMIT = 16
 BALANCE_TOLERANCE = 0.4  # K; Newton's next change would be half d ln eta/dT of its square, below 0.005 K
 LINEAR = 1e30  # stress scale of a Newtonian film
+SMALL = 1e-2  # of x, below which sinh S/S is its series
+STEP_MAX = 60.0  # of the exponent of the step of tau0: beyond it the step is complete
+KEPT = 1e-3  # relative change of the fluidity up to which it is linear; the error of 5e-7 is far below that of a step
 KINK = 20.0  # times smaller where the limiting stress or the bracket breaks Newton's rule
 
 
@@ -39,88 +53,91 @@ def pressure_places(p, table, place, growth):
         growth[i] = 0.5 * table.rate / root
 
 
+@njit(**FAST_INTERNAL_KERNEL)
+def pressure_place(p, table):
+    """Where a pressure, or four, lies in the row of the table, and how that grows with pressure."""
+    root = math.sqrt(p + table.shift)
+    return table.rate * (root - table.root), 0.5 * table.rate / root
+
+
+@njit(**FAST_INTERNAL_KERNEL)
+def cubic(c, x):
+    """Value and slope of cubics."""
+    c0, c1, c2, c3 = c
+    return c0 + x * (c1 + x * (c2 + x * c3)), c1 + x * (2.0 * c2 + 3.0 * x * c3)
+
+
+@njit(**FAST_INTERNAL_KERNEL)
+def cells_of(place, count):
+    """Place inside of its cell, way beyond the last one, and number of the cell, of four places."""
+    x = min(max(place, 0.0), float(count))
+    whole, c0, c1, c2, c3 = whole_parts(min(x, count - 1.0))
+    return x - whole, place - x, (c0, c1, c2, c3)
+
+
+@njit(**FAST_INTERNAL_KERNEL)
+def row_cubics(table, cells, first):
+    """Coefficients ``first`` to ``first`` + 3 of four cells of the row."""
+    c0, c1, c2, c3 = cells
+    row = table.row
+    return transposed(
+        load(row, 8 * c0 + first), load(row, 8 * c1 + first), load(row, 8 * c2 + first), load(row, 8 * c3 + first)
+    )
+
+
+@njit(**FAST_INTERNAL_KERNEL)
+def sheet_cell(sheet, cell, warm, t):
+    """Coefficients of the cubic over pressure at a temperature in a cell."""
+    first = 16 * (cell * sheet.shape[1] + warm)
+    high = load(sheet, first + 8) + t * load(sheet, first + 12)
+    return load(sheet, first) + t * (load(sheet, first + 4) + t * high)
+
+
+@njit(**FAST_INTERNAL_KERNEL)
+def sheet_cubics(sheet, cells, thermal):
+    """The same of four nodes."""
+    whole, w0, w1, w2, w3 = whole_parts(min(thermal, sheet.shape[1] - 1.0))
+    t = thermal - whole
+    c0, c1, c2, c3 = cells
+    return transposed(
+        sheet_cell(sheet, c0, w0, lane(t, 0)),
+        sheet_cell(sheet, c1, w1, lane(t, 1)),
+        sheet_cell(sheet, c2, w2, lane(t, 2)),
+        sheet_cell(sheet, c3, w3, lane(t, 3)),
+    )
+
+
 @kernel(**FAST_KERNEL)
-def density_rows(p, table, place, growth, density, slope):
-    """rho/rho0 and its pressure slope; ``place`` and ``growth`` are scratch."""
-    pressure_places(p, table, place, growth)
-    top = float(table.row.shape[0])
-    last = table.row.shape[0] - 1
-    for i in range(p.size):
-        x = min(place[i], top)
-        cell = min(int(x), last)
-        x -= cell
-        a = table.row[cell]
-        by_place = a[5] + x * (2.0 * a[6] + 3.0 * x * a[7])
-        density[i] = a[4] + x * (a[5] + x * (a[6] + x * a[7])) + by_place * (place[i] - cell - x)
-        slope[i] = by_place * growth[i]
+def density_rows(p, table, density, slope):
+    """rho/rho0 at pressures, at least four, and its pressure slope."""
+    for k in range(0, p.size, LANES):
+        i = min(k, p.size - LANES)
+        place, growth = pressure_place(max(load(p, i), 0.0), table)
+        x, beyond, cells = cells_of(place, table.row.shape[0])
+        value, by_place = cubic(row_cubics(table, cells, 4), x)
+        store(density, i, value + by_place * beyond)
+        store(slope, i, by_place * growth)
 
 
 @njit(**FAST_INTERNAL_KERNEL)
-def inlet_viscosity_rows(rows, table):
-    """Viscosity exponent, its slope in the place and density from the row of the table."""
-    place, exponent, slope, density = rows.place, rows.exponent, rows.slope, rows.density
-    top = float(table.row.shape[0])
-    last = table.row.shape[0] - 1
-    for i in range(place.size):
-        x = min(place[i], top)
-        cell = min(int(x), last)
-        x -= cell
-        a = table.row[cell]
-        beyond = place[i] - cell - x
-        slope[i] = a[1] + x * (2.0 * a[2] + 3.0 * x * a[3])
-        exponent[i] = a[0] + x * (a[1] + x * (a[2] + x * a[3])) + slope[i] * beyond
-        density[i] = a[4] + x * (a[5] + x * (a[6] + x * a[7]))
-
-
-@njit(**FAST_INTERNAL_KERNEL)
-def heated_viscosity_rows(rows, table):
-    """The same with the viscosity exponent from the sheet, at the temperature places ``rows.thermal``."""
-    place, thermal = rows.place, rows.thermal
-    exponent, slope, density = rows.exponent, rows.slope, rows.density
-    top = float(table.row.shape[0])
-    last = table.row.shape[0] - 1
-    cells = table.sheet.shape[0]
-    share = cells / top
-    for i in range(place.size):
-        x = min(place[i], top)
-        cell = min(int(x), last)
-        x -= cell
-        a = table.row[cell]
-        density[i] = a[4] + x * (a[5] + x * (a[6] + x * a[7]))
-    for i in range(place.size):
-        whole = place[i] * share
-        x = min(whole, float(cells))
-        cell = min(int(x), cells - 1)
-        x -= cell
-        warm = min(int(thermal[i]), table.sheet.shape[1] - 1)
-        t = thermal[i] - warm
-        a = table.sheet[cell, warm]
-        t2 = t * t
-        t3 = t2 * t
-        c0 = a[0] + t * a[4] + t2 * a[8] + t3 * a[12]
-        c1 = a[1] + t * a[5] + t2 * a[9] + t3 * a[13]
-        c2 = a[2] + t * a[6] + t2 * a[10] + t3 * a[14]
-        c3 = a[3] + t * a[7] + t2 * a[11] + t3 * a[15]
-        by_place = c1 + x * (2.0 * c2 + 3.0 * x * c3)
-        exponent[i] = c0 + x * (c1 + x * (c2 + x * c3)) + by_place * (whole - cell - x)
-        slope[i] = by_place * share
-
-
-@njit(**FAST_INTERNAL_KERNEL)
-def viscosity_rows(rows, fluid):
-    """Fill exponent ln(eta/eta0), its pressure slope, mobility eta0/eta and density from pressure and temperature."""
-    exponent, slope, growth, mobility = rows.exponent, rows.slope, rows.growth, rows.mobility
-    pressure_places(rows.pressure, fluid.table, rows.place, growth)
-    if fluid.heated:
-        heated_viscosity_rows(rows, fluid.table)
-    else:
-        inlet_viscosity_rows(rows, fluid.table)
-    for i in range(exponent.size):
-        slope[i] = slope[i] * growth[i] if exponent[i] < LOG_VISCOSITY_MAX else 0.0
-    for i in range(exponent.size):
-        exponent[i] = min(exponent[i], LOG_VISCOSITY_MAX)
-    for i in range(exponent.size):
-        mobility[i] = exp(-exponent[i])
+def viscosity_rows(rows, fluid, count):
+    """Fill exponent ln(eta/eta0), its pressure slope and density from pressure and temperature at the listed points."""
+    table = fluid.table
+    ratio = table.sheet.shape[0] / table.row.shape[0]
+    for k in range(count):
+        i = rows.listed[k]
+        place, growth = pressure_place(load(rows.pressure, i), table)
+        x, beyond, cells = cells_of(place, table.row.shape[0])
+        store(rows.density, i, cubic(row_cubics(table, cells, 4), x)[0])
+        if fluid.heated:
+            x, beyond, cells = cells_of(place * ratio, table.sheet.shape[0])
+            exponent, slope = cubic(sheet_cubics(table.sheet, cells, load(rows.thermal, i)), x)
+            growth = growth * ratio
+        else:
+            exponent, slope = cubic(row_cubics(table, cells, 0), x)
+        exponent = exponent + slope * beyond
+        store(rows.slope, i, where_above(LOG_VISCOSITY_MAX, exponent, slope * growth, 0.0))
+        store(rows.exponent, i, min(exponent, LOG_VISCOSITY_MAX))
 
 
 @njit(**FAST_INTERNAL_KERNEL)
@@ -136,93 +153,135 @@ def scale_row(p, shear, scale):
 
 
 @njit(**FAST_INTERNAL_KERNEL)
-def scale_rows(rows, shear):
-    """tau0 over the reference stress, and d ln/dp of it: a logistic step."""
-    p, scale, slope = rows.pressure, rows.scale, rows.scale_slope
-    scale_row(p, shear, scale)
-    if shear.rise == 0.0:
-        for i in range(p.size):
-            slope[i] = 0.0
-        return
-    rate = 2.0 * shear.steepness / shear.centre
-    for i in range(p.size):
-        share = (scale[i] - shear.low) / shear.rise
-        slope[i] = rate * shear.rise * share * (1.0 - share) / scale[i]
+def newtonian_rows(rows, boundary, scale, count):
+    """Fluidity of a Newtonian film."""
+    for k in range(count):
+        i = rows.listed[k]
+        film = load(rows.film, i)
+        h = max(film, boundary)
+        part = scale * load(rows.density, i) * exp(-1.0 * load(rows.exponent, i)) * h * h
+        f = part * h
+        store(rows.known_f, i, f)
+        store(rows.by_film, i, where_above(film, boundary, 3.0 * part, 0.0))
+        store(rows.by_pressure, i, -1.0 * f * load(rows.slope, i))
 
 
 @njit(**FAST_INTERNAL_KERNEL)
-def sinh_ratio(x):
-    """sinh(S)/S of S = asinh(x) > 0, and its derivative by x."""
-    if x < 1e-2:
-        return 1.0 + x * x / 6.0, x / 3.0
-    root = math.sqrt(1.0 + x * x)
-    s = log(x + root)
-    value = x / s
-    return value, (1.0 - value / root) / s
+def stress_rows(rows, boundary, fluid, scale, count):
+    """Ree-Eyring film: x = eta u_s/(tau0 h), scale rho h^3/eta, 1/h (0 below the boundary film) and d ln tau0/dp.
+
+    tau0 is the logistic step of `scale_row`. Divisions are combined, as they cost most.
+    """
+    shear = fluid.shear
+    rate = 2.0 * shear.steepness / shear.centre
+    for k in range(count):
+        i = rows.listed[k]
+        film = load(rows.film, i)
+        h = max(film, boundary)
+        viscosity = exp(load(rows.exponent, i))
+        step = four(0.0)
+        if shear.rise > 0.0:
+            step = exp(min(2.0 * shear.steepness - rate * load(rows.pressure, i), STEP_MAX))
+        whole = 1.0 + step
+        stress = shear.low * whole + shear.rise  # tau0 times whole
+        thick = h * stress
+        low = viscosity * whole
+        inverse = 1.0 / (thick * low)
+        store(rows.rate, i, fluid.sliding * low * low * inverse)
+        store(rows.viscous, i, scale * load(rows.density, i) * h * h * h * thick * whole * inverse)
+        store(rows.per_film, i, where_above(film, boundary, stress * low * inverse, 0.0))
+        store(rows.stress_slope, i, rate * shear.rise * step * viscosity * h * inverse)
+
+
+@njit(**FAST_INTERNAL_KERNEL)
+def eyring_rows(rows, along, count):
+    """Fluidity from `stress_rows`: 1/eta (along cosh S + (1 - along) sinh S/S), S = asinh x."""
+    across = 1.0 - along
+    for k in range(count):
+        i = rows.listed[k]
+        x = load(rows.rate, i)
+        base = load(rows.viscous, i)
+        root = math.sqrt(1.0 + x * x)
+        angle = max(log(x + root), 1e-3)
+        both = 1.0 / (angle * root)
+        ratio = x * both * root
+        by_x = (1.0 - ratio * both * angle) * both * root
+        ratio = where_above(x, SMALL, ratio, 1.0 + x * x * (1.0 / 6.0))
+        by_x = where_above(x, SMALL, by_x, x * (1.0 / 3.0))
+        f = base * (along * root + across * ratio)
+        thinning = base * x * (along * x * both * angle + across * by_x)  # df/d ln x at constant base
+        store(rows.known_f, i, f)
+        store(rows.by_film, i, (3.0 * f - thinning) * load(rows.per_film, i))
+        store(rows.by_pressure, i, load(rows.slope, i) * (thinning - f) - load(rows.stress_slope, i) * thinning)
+
+
+@njit(**FAST_INTERNAL_KERNEL)
+def other_rows(rows, boundary, fluid, along, scale, count):
+    """Fluidity of any shear law (`ehl.fluid.rheology`)."""
+    film = rows.film
+    for k in range(count):
+        for i in range(rows.listed[k], rows.listed[k] + LANES):
+            h = max(film[i], boundary)
+            p = rows.pressure[i]
+            log_f, by_eta, by_h, by_p = log_mobility(rows.exponent[i], fluid.sliding, h, p, along, fluid.shear)
+            f = scale * rows.density[i] * h * h * h * exp(log_f)
+            rows.known_f[i] = f
+            rows.by_film[i] = f * (3.0 + by_h) / h if film[i] > boundary else 0.0
+            rows.by_pressure[i] = f * (rows.slope[i] * by_eta + by_p)
+
+
+@njit(**FAST_INTERNAL_KERNEL)
+def list_changed(rows, boundary, first, last, everything):
+    """List the points, in fours, whose film or pressure has changed the fluidity by more than `KEPT`."""
+    count = 0
+    for k in range(first, last, LANES):
+        i = min(k, last - LANES)
+        rows.listed[count] = i
+        if everything:
+            count += 1
+            continue
+        f, h = load(rows.known_f, i), max(load(rows.film, i), boundary)
+        by_pressure = load(rows.by_pressure, i) * (load(rows.pressure, i) - load(rows.known_pressure, i))
+        change = 3.0 * f * abs(h - load(rows.known_film, i)) + h * abs(by_pressure)
+        count += any_above(change, KEPT * f * h)
+    return count
+
+
+@njit(**FAST_INTERNAL_KERNEL)
+def refresh_rows(rows, boundary, fluid, along, scale, first, last, everything):
+    """`fluidity_rows` of the points ``first`` to ``last`` - 1, at least four.
+
+    Without ``everything`` points with a small change since their last evaluation get the linear one, whose relative
+    error is about `KEPT` squared; Newton's iteration soon changes a few points only.
+    """
+    count = list_changed(rows, boundary, first, last, everything)
+    viscosity_rows(rows, fluid, count)
+    if fluid.sliding > 0.0 and not fluid.short:
+        other_rows(rows, boundary, fluid, along, scale, count)
+    elif not fluid.eyring or fluid.sliding == 0.0:
+        newtonian_rows(rows, boundary, scale, count)
+    else:
+        stress_rows(rows, boundary, fluid, scale, count)
+        eyring_rows(rows, along, count)
+    for k in range(count):
+        i = rows.listed[k]
+        store(rows.known_film, i, max(load(rows.film, i), boundary))
+        store(rows.known_pressure, i, load(rows.pressure, i))
+    for k in range(first, last, LANES):
+        i = min(k, last - LANES)
+        by_film = load(rows.by_film, i) * (max(load(rows.film, i), boundary) - load(rows.known_film, i))
+        by_pressure = load(rows.by_pressure, i) * (load(rows.pressure, i) - load(rows.known_pressure, i))
+        store(rows.f, i, load(rows.known_f, i) + by_film + by_pressure)
 
 
 @kernel(**FAST_KERNEL)
 def fluidity_rows(rows, boundary, fluid, along, scale):
     """scale rho h^3/eta_effective and its derivatives by h and p, from film, pressure and temperature.
 
-    The two-direction Eyring mobility is 1/eta (along cosh S + (1 - along) sinh S/S), S = asinh(eta u_s/(tau0 h)); other
-    laws have theirs in `ehl.fluid.rheology`.  The film is at least the boundary film.
+    Mobilities in two directions: that of Ree-Eyring films is in `eyring_rows`, those of other laws in
+    `ehl.fluid.rheology`.  The film is at least the boundary film.
     """
-    viscosity_rows(rows, fluid)
-    film = rows.film
-    p = rows.pressure
-    mobility = rows.mobility
-    slope = rows.slope
-    f = rows.f
-    by_film = rows.by_film
-    by_pressure = rows.by_pressure
-    tau0 = rows.scale
-    tau0_slope = rows.scale_slope
-    n = p.size
-    for i in range(n):
-        h = max(film[i], boundary)
-        f[i] = scale * rows.density[i] * h * h * h
-    sliding = fluid.sliding
-    if sliding > 0.0 and not fluid.short:
-        for i in range(n):
-            h = max(film[i], boundary)
-            log_f, by_eta, by_h, by_p = log_mobility(rows.exponent[i], sliding, h, p[i], along, fluid.shear)
-            f[i] *= exp(log_f)
-            by_film[i] = f[i] * (3.0 + by_h) / h if film[i] > boundary else 0.0
-            by_pressure[i] = f[i] * (slope[i] * by_eta + by_p)
-    elif not fluid.eyring or sliding == 0.0:
-        for i in range(n):
-            f[i] *= mobility[i]
-        for i in range(n):
-            by_film[i] = 3.0 * f[i] / film[i] if film[i] > boundary else 0.0
-        for i in range(n):
-            by_pressure[i] = -f[i] * slope[i]
-    elif along == 1.0:
-        # mobility cosh S = sqrt(mobility^2 + c^2), c = eta0 u_s/(tau0 h)
-        scale_rows(rows, fluid.shear)
-        for i in range(n):
-            c = sliding / (max(film[i], boundary) * tau0[i])
-            f[i] *= math.sqrt(mobility[i] * mobility[i] + c * c)
-        for i in range(n):
-            h = max(film[i], boundary)
-            x = mobility[i] * h * tau0[i] / sliding
-            part = 3.0 - 1.0 / (1.0 + x * x)
-            by_film[i] = f[i] * part / h if film[i] > boundary else 0.0
-        for i in range(n):
-            x = mobility[i] * max(film[i], boundary) * tau0[i] / sliding
-            by_pressure[i] = -f[i] * (slope[i] * x * x + tau0_slope[i]) / (1.0 + x * x)
-    else:
-        scale_rows(rows, fluid.shear)
-        for i in range(n):
-            h = max(film[i], boundary)
-            x = sliding / (h * mobility[i] * tau0[i])
-            root = math.sqrt(1.0 + x * x)
-            ratio, by_x = sinh_ratio(x)
-            total = along * root + (1.0 - along) * ratio
-            log_slope = x * (along * x / root + (1.0 - along) * by_x) / total  # d ln(total)/d ln x
-            f[i] *= mobility[i] * total
-            by_film[i] = f[i] * (3.0 - log_slope) / h if film[i] > boundary else 0.0
-            by_pressure[i] = -f[i] * (slope[i] * (1.0 - log_slope) + tau0_slope[i] * log_slope)
+    refresh_rows(rows, boundary, fluid, along, scale, 0, rows.film.size, True)
 
 
 @kernel(**FAST_KERNEL)
@@ -249,37 +308,59 @@ def isothermal_shear_row(film, p, boundary, fluid, tau):
 
 
 @njit(**FAST_INTERNAL_KERNEL)
+def sheet_slope_cell(sheet, cell, warm, t):
+    """`sheet_cell` of the derivative by the temperature."""
+    first = 16 * (cell * sheet.shape[1] + warm)
+    return load(sheet, first + 4) + t * (2.0 * load(sheet, first + 8) + 3.0 * t * load(sheet, first + 12))
+
+
+@njit(**FAST_INTERNAL_KERNEL)
+def heated_viscosity_row(place, temperature, table, exponent, slope):
+    """ln(eta/eta0), at least four, at places of the pressure in the sheet and temperatures, and d/dT of it."""
+    sheet = table.sheet
+    warmths = float(sheet.shape[1])
+    for k in range(0, place.size, LANES):
+        i = min(k, place.size - LANES)
+        x, beyond, (c0, c1, c2, c3) = cells_of(load(place, i), sheet.shape[0])
+        degrees = load(temperature, i)
+        per_distance = 1.0 / (degrees - table.pole)
+        warmth = table.warmth * (degrees - table.coldest) * per_distance
+        by_degree = table.warmth * (table.coldest - table.pole) * per_distance * per_distance
+        inside = where_above(warmth, 0.0, where_above(warmths, warmth, by_degree, 0.0), 0.0)
+        warmth = min(max(warmth, 0.0), warmths)
+        whole, w0, w1, w2, w3 = whole_parts(min(warmth, warmths - 1.0))
+        t = warmth - whole
+        t0, t1, t2, t3 = lane(t, 0), lane(t, 1), lane(t, 2), lane(t, 3)
+        value, by_place = cubic(
+            transposed(
+                sheet_cell(sheet, c0, w0, t0),
+                sheet_cell(sheet, c1, w1, t1),
+                sheet_cell(sheet, c2, w2, t2),
+                sheet_cell(sheet, c3, w3, t3),
+            ),
+            x,
+        )
+        rise, rise_by_place = cubic(
+            transposed(
+                sheet_slope_cell(sheet, c0, w0, t0),
+                sheet_slope_cell(sheet, c1, w1, t1),
+                sheet_slope_cell(sheet, c2, w2, t2),
+                sheet_slope_cell(sheet, c3, w3, t3),
+            ),
+            x,
+        )
+        # on along the tangent in pressure beyond the last cell
+        store(exponent, i, value + beyond * by_place)
+        store(slope, i, (rise + beyond * rise_by_place) * inside)
+
+
+@njit(**FAST_INTERNAL_KERNEL)
 def heated_shear_row(place, rate, scale, p, fluid, temperature, tau, slope, decay):
     """Shear stress at given film temperatures, its derivative by them and -d ln(eta)/dT."""
     n = p.size
-    table = fluid.table
-    sheet = table.sheet
-    cells, warmths = sheet.shape[0], sheet.shape[1]
+    heated_viscosity_row(place, temperature, fluid.table, tau, slope)
     for i in range(n):
-        tau[i] = temperature_place(temperature[i], table)
-    for i in range(n):
-        distance = temperature[i] - table.pole
-        inside = 0.0 < tau[i] < warmths
-        slope[i] = table.warmth * (table.coldest - table.pole) / (distance * distance) if inside else 0.0
-    for i in range(n):
-        x = min(place[i], float(cells))
-        cell = min(int(x), cells - 1)
-        x -= cell
-        warm = min(int(tau[i]), warmths - 1)
-        t = tau[i] - warm
-        a = sheet[cell, warm]
-        # on along the tangent in pressure beyond the last cell
-        x2, x3 = x * x, x * x * x
-        beyond = place[i] - cell - x
-        one, two, three = x + beyond, x2 + 2.0 * x * beyond, x3 + 3.0 * x2 * beyond
-        c0 = a[0] + one * a[1] + two * a[2] + three * a[3]
-        c1 = a[4] + one * a[5] + two * a[6] + three * a[7]
-        c2 = a[8] + one * a[9] + two * a[10] + three * a[11]
-        c3 = a[12] + one * a[13] + two * a[14] + three * a[15]
-        tau[i] = c0 + t * (c1 + t * (c2 + t * c3))
-        slope[i] *= c1 + t * (2.0 * c2 + 3.0 * t * c3)
         decay[i] = -slope[i]
-    for i in range(n):
         tau[i] = min(tau[i], LOG_VISCOSITY_MAX) + rate[i]
     if not fluid.short:
         for i in range(n):
@@ -355,6 +436,8 @@ def balanced_shear_row(rows, film, p, boundary, fluid, temperature, tau):
     first = 0
     last = n
     for turn in range(BALANCE_LIMIT):
+        first = max(min(first, last - LANES), 0)
+        last = max(last, LANES)
         # slices, not a range of indices: those could be negative to the compiler, and nothing would vectorise
         at = slice(first, last)
         heated_shear_row(

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from numba import njit
 
-from ehl.compile._kernels import log
 from ehl.compile.compiler import FAST_INTERNAL_KERNEL, FAST_KERNEL, kernel
 from ehl.heat._kernels import rise_share
 from ehl.rough._kernels.fluid import balanced_shear_row, isothermal_shear_row, temperature_place
+from ehl.rough._kernels.vectors import log
 
 
 @njit(**FAST_INTERNAL_KERNEL)

@@ -7,7 +7,7 @@ from numba import njit
 from ehl.compile.compiler import FAST_INTERNAL_KERNEL, FAST_KERNEL, kernel
 from ehl.rough._kernels.fluid import strain_film
 from ehl.rough._kernels.heat import film_factors, recall_surfaces, shear_and_temperature, store_fluxes
-from ehl.rough._kernels.motion import carry_mass, move_surfaces, predict, settle_mass
+from ehl.rough._kernels.motion import carry_mass, move_surfaces, predict, settle_mass, weigh_prediction
 from ehl.rough._kernels.newton import (
     CONTINUED,
     PLAIN,
@@ -218,7 +218,7 @@ def march(steps, state, step, saved, macro, work, model, records, profiles):
         if model.heat.on:
             film_factors(state, step, model)
         mean = middle_film(state, model.contact)
-        predict(state)
+        predict(state, saved.last_fluid, saved.last_contact)
         if scalars[AGE] > 0.5:
             keep_mean_film(state, step, work, model, mean)
         iterations, stage = solve_with_fallbacks(state, step, saved, macro, work, model, last_level)
@@ -227,6 +227,8 @@ def march(steps, state, step, saved, macro, work, model, records, profiles):
             for i in range(n):
                 state.fluid_pressure_old[i] = state.fluid_pressure[i]
                 state.contact_pressure_old[i] = state.contact_pressure[i]
+        else:
+            weigh_prediction(state)
         scalars[AGE] += 1.0
         settle_mass(state, step, work, model, stage != UNCONVERGED)
         if model.heat.on:

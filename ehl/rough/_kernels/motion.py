@@ -9,10 +9,19 @@ from numba import njit
 from ehl.compile.compiler import FAST_INTERNAL_KERNEL, FAST_KERNEL, kernel
 from ehl.fluid._kernels import inlet_laws
 from ehl.rough._kernels.quasi_separable import FLUID
-from ehl.rough._kernels.records import AGE, CAPPED, RIGID_APPROACH, RIGID_APPROACH_OLD
+from ehl.rough._kernels.records import (
+    AGE,
+    CAPPED,
+    CHANGES_SQUARED,
+    CHANGES_TIMES_ERRORS,
+    RIGID_APPROACH,
+    RIGID_APPROACH_OLD,
+)
 
 SAMPLES = 2  # profile samples per node spacing
 MEAN_PRESSURE_RATE = 0.01  # per step, of the slow average the predictor treats as static
+PREDICTION_RATE = 0.05  # per step, of the errors of the predictions
+WEIGHT_MIN = 0.3  # smallest weight of the second prediction: with less it saves no iterations
 
 
 @kernel(**FAST_KERNEL)
@@ -82,10 +91,14 @@ def carry_mass(state, upstream_mass, weight):
 
 
 @njit(**FAST_INTERNAL_KERNEL)
-def predict(state):
-    """Pressure of the new step: the mean stays, the ripple moves with u_r and is extrapolated."""
-    fluid = state.fluid_pressure
-    contact = state.contact_pressure
+def predict(state, fluid, contact):
+    """Pressure of the new step, extrapolated from the last two.
+
+    ``fluid`` and ``contact`` are the pressures of the last step. In the first prediction the mean stays, and the ripple
+    moves with u_r and changes linearly. In the second one, of the fluid pressure, one part stays and the rest moves
+    unchanged: thick films follow it. Its weight is the one that would have fitted the last steps best
+    (`weigh_prediction`).
+    """
     fluid_old = state.fluid_pressure_old
     contact_old = state.contact_pressure_old
     mean = state.mean_pressure
@@ -99,25 +112,37 @@ def predict(state):
             contact_old[i] = contact[i]
         scalars[RIGID_APPROACH_OLD] = scalars[RIGID_APPROACH]
         return
-    # values i - 1 of the last step and i - 2 of the one before become the new node i; the old arrays are
-    # overwritten from the right so that nothing is read after it is replaced
-    for i in range(n - 1, 1, -1):
+    weight = 0.0
+    if scalars[CHANGES_SQUARED] > 0.0:
+        weight = min(max(scalars[CHANGES_TIMES_ERRORS] / scalars[CHANGES_SQUARED], 0.0), 1.0)
+        weight = weight if weight > WEIGHT_MIN else 0.0
+    for i in range(2, n):
         p = 2.0 * (fluid[i - 1] - mean[i - 1]) - (fluid_old[i - 2] - mean[i - 2]) + mean[i]
         c = 2.0 * contact[i - 1] - contact_old[i - 2]
-        if p < 0.0 or (fluid[i] == 0.0 and fluid[i - 1] == 0.0):
-            p = 0.0
-        if c < 0.0 or contact[i - 1] <= 0.0:
-            c = 0.0
-        fluid_old[i] = fluid[i]
-        contact_old[i] = contact[i]
-        fluid[i] = p
-        contact[i] = c
-    for i in range(2):
+        change = fluid[i] + fluid[i - 1] - fluid_old[i - 1] - p
+        state.predicted[i] = p
+        state.change[i] = change
+        state.fluid_pressure[i] = max(p + weight * change, 0.0) if fluid[i] > 0.0 or fluid[i - 1] > 0.0 else 0.0
+        state.contact_pressure[i] = max(c, 0.0) if contact[i - 1] > 0.0 else 0.0
+    for i in range(n):
         fluid_old[i] = fluid[i]
         contact_old[i] = contact[i]
     level = scalars[RIGID_APPROACH]
     scalars[RIGID_APPROACH] = 2.0 * level - scalars[RIGID_APPROACH_OLD]
     scalars[RIGID_APPROACH_OLD] = level
+
+
+@njit(**FAST_INTERNAL_KERNEL)
+def weigh_prediction(state):
+    """Update the fit of the weight of the second prediction by a solved step; earlier steps are forgotten."""
+    squares, products = 0.0, 0.0
+    for i in range(2, state.change.size):
+        change = state.change[i]
+        squares += change * change
+        products += change * (state.fluid_pressure[i] - state.predicted[i])
+    scalars = state.scalars
+    scalars[CHANGES_SQUARED] += PREDICTION_RATE * (squares - scalars[CHANGES_SQUARED])
+    scalars[CHANGES_TIMES_ERRORS] += PREDICTION_RATE * (products - scalars[CHANGES_TIMES_ERRORS])
 
 
 @njit(**FAST_INTERNAL_KERNEL)

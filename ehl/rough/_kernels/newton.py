@@ -15,9 +15,10 @@ from __future__ import annotations
 from numba import njit
 
 from ehl.compile.compiler import FAST_INTERNAL_KERNEL, FAST_KERNEL, kernel
-from ehl.rough._kernels.fluid import density_rows, fluidity_rows
+from ehl.rough._kernels.fluid import density_rows, refresh_rows
 from ehl.rough._kernels.quasi_separable import CONTACT, FLUID, exponential_product, factor_and_solve
 from ehl.rough._kernels.records import CAPPED, RIGID_APPROACH
+from ehl.rough._kernels.vectors import LANES, load, store, where_above
 
 NEWTON, PICARD, FROZEN = range(3)  # full derivatives; relaxed lagged fluidity; fluidity of the start
 # how a step was solved, in the order tried, and what each stage starts with: mode, relaxation, iterations allowed;
@@ -63,74 +64,62 @@ def poiseuille_flow(state, step, work, model, mode, relaxation, start, repeat):
     used = work.fluidity
     n = p.size
     if mode == NEWTON or start or (mode == PICARD and not repeat):
-        for i in range(n - 1):
-            half.film[i] = 0.5 * (h[i] + h[i + 1])
-        for i in range(n - 1):
-            half.pressure[i] = max(0.5 * (p[i] + p[i + 1]), 0.0)
-        for i in range(n - 1):
-            half.thermal[i] = 0.5 * (step.thermal[i] + step.thermal[i + 1])
-        fluidity_rows(half, model.contact.boundary, model.fluid, model.fluid.along, model.fluid.flux)
+        for k in range(0, n - 1, LANES):
+            i = min(k, n - 1 - LANES)
+            store(half.film, i, 0.5 * (load(h, i) + load(h, i + 1)))
+            store(half.pressure, i, max(0.5 * (load(p, i) + load(p, i + 1)), 0.0))
+            store(half.thermal, i, 0.5 * (load(step.thermal, i) + load(step.thermal, i + 1)))
+        fluid = model.fluid
+        refresh_rows(half, model.contact.boundary, fluid, fluid.along, fluid.flux, 0, n - 1, start)
         if mode == PICARD and not start:
             for i in range(n - 1):
                 used[i] = used[i] * (half.f[i] / used[i]) ** relaxation if used[i] > 0.0 else half.f[i]
         else:
             for i in range(n - 1):
                 used[i] = half.f[i]
-    used[n - 1] = 0.0
-    for i in range(n - 1):
-        work.flow[i] = used[i] * (p[i + 1] - p[i])
-    work.flow[n - 1] = 0.0
     derivative = 0.5 if mode == NEWTON else 0.0
-    for i in range(n - 1):
-        half.by_film[i] *= derivative * (p[i + 1] - p[i])
-    for i in range(n - 1):
-        half.by_pressure[i] *= derivative * (p[i + 1] - p[i])
-    half.by_film[n - 1] = 0.0
-    half.by_pressure[n - 1] = 0.0
+    for k in range(0, n - 1, LANES):
+        i = min(k, n - 1 - LANES)
+        rise = load(p, i + 1) - load(p, i)
+        store(work.flow, i, load(used, i) * rise)
+        store(work.flow_by_film, i, load(half.by_film, i) * (derivative * rise))
+        store(work.flow_by_pressure, i, load(half.by_pressure, i) * (derivative * rise))
+    used[n - 1] = work.flow[n - 1] = work.flow_by_film[n - 1] = work.flow_by_pressure[n - 1] = 0.0
 
 
 @njit(**FAST_INTERNAL_KERNEL)
-def add_side_flow(state, step, macro, work, model, mode):
-    """Side flow: exchange with the macroscopic pressure, and its entries in the bands.
+def add_side_flow(state, step, macro, work, model, mode, start):
+    """Side flow: exchange with the macroscopic pressure, what leaves each node and its derivatives.
 
     Two halves in series: the pocket's own gap, then the typical gap at this place.  A starved pocket conducts with
     its filled part only.
     """
-    p = state.fluid_pressure
-    h = state.film
     node = work.node
-    band = work.band
     slopes = 1.0 if mode == NEWTON else 0.0
-    for i in range(p.size):
-        node.film[i] = h[i]
-    for i in range(p.size):
-        node.pressure[i] = 0.5 * (max(p[i], 0.0) + macro.pressure[i])
-    for i in range(p.size):
-        node.thermal[i] = step.thermal[i]
-    fluidity_rows(node, model.contact.boundary, model.fluid, 1.0 - model.fluid.along, model.fluid.flux_lateral)
-    for i in range(model.side_flow.first, model.contact.outlet):
-        k = node.f[i]
-        by_film = slopes * node.by_film[i]
-        by_pressure = slopes * node.by_pressure[i]
-        typical = macro.typical[i]
-        if typical > 0.0:
-            part = typical / (k + typical)
-            k *= 2.0 * part
-            by_film *= 2.0 * part * part
-            by_pressure *= 2.0 * part * part
-        if p[i] <= 0.0 and step.upstream_mass[i] < h[i]:
-            filled = max(step.upstream_mass[i], 0.0) / h[i]
-            k *= filled
-            by_film *= filled
-        k *= state.outflow[i]
-        by_film *= state.outflow[i]
-        by_pressure *= state.outflow[i]
-        work.exchange[i] = k
-        w = step.weight[i]
-        excess = p[i] - macro.pressure[i]
-        work.source[i] -= w * k * excess
-        band[1, i] += w * (max(k + 0.5 * by_pressure * excess, 0.1 * k) if p[i] > 0.0 else k)
-        band[4, i] += w * by_film * excess
+    first, outlet = model.side_flow.first, model.contact.outlet
+    begin = max(first - 1, 0)  # `isotropic_outflow` needs the node ahead of the first
+    for k in range(begin, outlet, LANES):
+        i = min(k, outlet - LANES)
+        store(node.film, i, load(state.film, i))
+        store(node.pressure, i, 0.5 * (max(load(state.fluid_pressure, i), 0.0) + load(macro.pressure, i)))
+        store(node.thermal, i, load(step.thermal, i))
+    across, lateral = 1.0 - model.fluid.along, model.fluid.flux_lateral
+    refresh_rows(node, model.contact.boundary, model.fluid, across, lateral, begin, outlet, start)
+    for j in range(first, outlet, LANES):
+        i = min(j, outlet - LANES)
+        p, h, mass = load(state.fluid_pressure, i), load(state.film, i), load(step.upstream_mass, i)
+        k, typical = load(node.f, i), load(macro.typical, i)
+        part = where_above(typical, 0.0, 2.0 * typical / (k + typical), 1.0)
+        filled = where_above(p, 0.0, 1.0, where_above(h, mass, max(mass, 0.0) / h, 1.0))
+        outflow = load(state.outflow, i)
+        k = k * part * outflow * filled
+        excess = p - load(macro.pressure, i)
+        steepness = slopes * outflow * excess * where_above(typical, 0.0, 0.5 * part * part, 1.0)
+        by_pressure = max(k + 0.5 * steepness * load(node.by_pressure, i), 0.1 * k)
+        store(work.exchange, i, k)
+        store(work.outward, i, k * excess)
+        store(work.outward_by_film, i, steepness * filled * load(node.by_film, i))
+        store(work.outward_by_pressure, i, where_above(p, 0.0, by_pressure, k))
 
 
 @kernel(**FAST_KERNEL)
@@ -145,46 +134,46 @@ def assemble(state, step, macro, work, model, mode, relaxation, start, repeat):
     band = work.band
     flow = work.flow
     f = work.fluidity
-    by_film = work.half.by_film
-    by_pressure = work.half.by_pressure
+    by_film = work.flow_by_film
+    by_pressure = work.flow_by_pressure
     weight = step.weight
     n = p.size
     source, mass, gap = work.source, work.residual[0], work.residual[1]
     left, centre, right, film_left, film_here, film_right = band[0], band[1], band[2], band[3], band[4], band[5]
+    density, density_slope = work.density, work.density_slope
+    density_rows(p, model.fluid.table, density, density_slope)
+    side = model.fluid.flux_lateral > 0.0
+    if side:
+        add_side_flow(state, step, macro, work, model, mode, start)
+    # node 0 is given; the rows of the others
+    for k in range(1, n, LANES):
+        i = min(k, n - LANES)
+        w = load(weight, i)
+        f_left, f_right = load(f, i - 1), load(f, i)
+        film_before, film_after = load(by_film, i - 1), load(by_film, i)
+        by_before, by_after = load(by_pressure, i - 1), load(by_pressure, i)
+        rho, h = load(density, i), load(state.film, i)
+        net = (load(flow, i) - load(flow, i - 1)) * w
+        a = film_before * w
+        b = (film_before - film_after) * w + rho
+        c = -1.0 * film_after * w
+        d = (f_right + f_left - by_after + by_before) * w + load(density_slope, i) * h
+        if side:
+            net = net - w * load(work.outward, i)
+            b = b + w * load(work.outward_by_film, i)
+            d = d + w * load(work.outward_by_pressure, i)
+        store(source, i, net)
+        store(left, i, (by_before - f_left) * w)
+        store(centre, i, d)
+        store(right, i, -1.0 * (f_right + by_after) * w)
+        store(film_left, i, a)
+        store(film_here, i, b)
+        store(film_right, i, c)
+        store(mass, i, load(step.upstream_mass, i) + net - rho * h)
+        store(work.unit, i, a + b + c)
+        store(gap, i, model.contact.boundary - h)
     source[0] = flow[0]
-    left[0] = film_left[0] = 0.0
-    centre[0] = f[0] - by_pressure[0]
-    film_here[0] = -by_film[0]
-    for i in range(1, n):
-        source[i] = (flow[i] - flow[i - 1]) * weight[i]
-    for i in range(1, n):
-        left[i] = (by_pressure[i - 1] - f[i - 1]) * weight[i]
-    for i in range(1, n):
-        centre[i] = (f[i] + f[i - 1] - by_pressure[i] + by_pressure[i - 1]) * weight[i]
-    for i in range(n):
-        right[i] = -(f[i] + by_pressure[i]) * weight[i]
-    for i in range(1, n):
-        film_left[i] = by_film[i - 1] * weight[i]
-    for i in range(1, n):
-        film_here[i] = (by_film[i - 1] - by_film[i]) * weight[i]
-    for i in range(n):
-        film_right[i] = -by_film[i] * weight[i]
-    if model.fluid.flux_lateral > 0.0:
-        add_side_flow(state, step, macro, work, model, mode)
-    node = work.node
-    for i in range(n):
-        node.pressure[i] = max(p[i], 0.0)
-    density_rows(node.pressure, model.fluid.table, node.place, node.growth, node.density, node.density_slope)
-    for i in range(n):
-        film_here[i] += node.density[i]
-    for i in range(n):
-        centre[i] += node.density_slope[i] * h[i]
-    for i in range(n):
-        mass[i] = step.upstream_mass[i] + source[i] - node.density[i] * h[i]
-    for i in range(n):
-        gap[i] = model.contact.boundary - h[i]
-    for i in range(n):
-        work.unit[i] = film_left[i] + film_here[i] + film_right[i]
+    mass[0] = gap[0] = 0.0
 
 
 @njit(**FAST_INTERNAL_KERNEL)
@@ -225,7 +214,9 @@ def update_sets(state, work, model, compliance):
             work.kind[i] = kind
         if kind & FLUID:
             # in units of film: a stiff node's mass residual is a tiny pressure change
-            largest = max(largest, abs(mass) / (1.0 + work.band[1, i] * compliance))
+            unit = 1.0 + work.band[1, i] * compliance
+            if not abs(mass) <= largest * unit:
+                largest = abs(mass) / unit
         if kind & CONTACT:
             largest = max(largest, abs(gap))
     return changes, largest
@@ -368,12 +359,17 @@ def solve_step(state, step, macro, work, model, stage):
             if attempt == 1:
                 break
             changes, largest = update_sets(state, work, model, compliance)
-            if hand_over(state, work, model) == 0:
+            if (changes == 0 and iterations > 0) or hand_over(state, work, model) == 0:
                 break
         load_error = contact.load - load
         if not largest < 1e30:
             break
-        if changes == 0 and largest < contact.tolerance and abs(load_error) < LOAD_TOLERANCE * contact.load:
+        if (
+            iterations > 0
+            and changes == 0
+            and largest < contact.tolerance
+            and abs(load_error) < LOAD_TOLERANCE * contact.load
+        ):
             converged = True
             break
         iterations += 1

@@ -131,6 +131,8 @@ class State(NamedTuple):
     fluid_pressure_old: np.ndarray
     contact_pressure_old: np.ndarray
     mean_pressure: np.ndarray  # slow average, static part of the predictor
+    predicted: np.ndarray  # fluid pressure by the first prediction, and the change of it to the second
+    change: np.ndarray
     film: np.ndarray
     mass: np.ndarray  # rho h, or the carried mass where the gap is not full
     mass_old: np.ndarray
@@ -149,8 +151,9 @@ class State(NamedTuple):
 
 
 CAPPED = 4  # node kind in addition to FLUID and CONTACT: total pressure at the hardness, mass carried
-# entries of State.scalars: rigid gap, its last value, time steps rolled so far, steps since this run started
-RIGID_APPROACH, RIGID_APPROACH_OLD, TRAVEL, AGE = range(4)
+# entries of State.scalars: rigid gap, its last value, time steps rolled so far, steps since this run started, means of
+# the squares of State.change and of its products with the errors of State.predicted
+RIGID_APPROACH, RIGID_APPROACH_OLD, TRAVEL, AGE, CHANGES_SQUARED, CHANGES_TIMES_ERRORS = range(6)
 
 
 class Macroscopic(NamedTuple):
@@ -189,18 +192,25 @@ class FluidityRows(NamedTuple):
     film: np.ndarray
     pressure: np.ndarray
     thermal: np.ndarray
-    place: np.ndarray  # of the pressure in the table
-    growth: np.ndarray  # d place/dp
     density: np.ndarray  # rho/rho0
-    density_slope: np.ndarray
     exponent: np.ndarray  # ln(eta/eta0)
-    slope: np.ndarray
-    scale: np.ndarray  # tau0 over the reference stress
-    scale_slope: np.ndarray  # d ln/dp of it
-    mobility: np.ndarray
+    slope: np.ndarray  # d ln(eta)/dp
+    rate: np.ndarray  # eta u_s/(tau0 h)
+    viscous: np.ndarray  # fluidity at the low-shear viscosity
+    per_film: np.ndarray  # 1/h
+    stress_slope: np.ndarray  # d ln tau0/dp
+    known_film: np.ndarray  # of the last evaluation
+    known_pressure: np.ndarray
+    known_f: np.ndarray
     f: np.ndarray
     by_film: np.ndarray
     by_pressure: np.ndarray
+    listed: np.ndarray  # first of each four points to be evaluated
+
+    @classmethod
+    def of(cls, n: int) -> FluidityRows:
+        """Rows of n points."""
+        return cls(*(np.zeros(n, dtype=np.int64 if name == "listed" else np.float64) for name in cls._fields))
 
 
 class HeatRows(NamedTuple):
@@ -235,7 +245,14 @@ class Work(NamedTuple):
     node: FluidityRows  # across, for the drainage
     fluidity: np.ndarray  # along x as used: relaxed or kept in the fallbacks
     flow: np.ndarray
+    flow_by_film: np.ndarray  # derivatives by the mean of both ends
+    flow_by_pressure: np.ndarray
+    density: np.ndarray  # at the nodes, and its pressure slope
+    density_slope: np.ndarray
     exchange: np.ndarray  # conductance to the macroscopic pressure
+    outward: np.ndarray  # side flow out of the node, and its derivatives
+    outward_by_film: np.ndarray
+    outward_by_pressure: np.ndarray
     heat: HeatRows
     band: np.ndarray
     unit: np.ndarray

@@ -148,7 +148,7 @@ def scaled(law: str, rheology: str, lengthwise: float = 0.0, heated: bool = Fals
 
 def rows_of(film: np.ndarray, pressure: np.ndarray, thermal: float) -> FluidityRows:
     n = film.size
-    rows = FluidityRows(*(np.zeros(n) for _ in FluidityRows._fields))
+    rows = FluidityRows.of(n)
     rows.film[:], rows.pressure[:], rows.thermal[:] = film, pressure, thermal
     return rows
 

@@ -90,7 +90,7 @@ def test_rows_of_the_transient_solver_hold_the_law(name: str, heated: bool) -> N
     eta = oil.viscosity(pressure * 1e9)
 
     def rows(h: np.ndarray, p: np.ndarray) -> FluidityRows:
-        row = FluidityRows(*(np.zeros(n) for _ in FluidityRows._fields))
+        row = FluidityRows.of(n)
         row.film[:], row.pressure[:], row.thermal[:] = h, p, neutral
         fluidity_rows(row, 1e-3, fluid, fluid.along, 1.0)
         return row

@@ -34,7 +34,7 @@ def test_shares_films_and_friction_of_two_dimensional_solutions(
     """p_h 1.1 GPa, R 15 mm, 3 m/s, slide-to-roll 0.3, eta0 15 mPa s, 15 1/GPa, tau0 5 MPa, mu_b 0.1, 30 nm; isothermal.
 
     Asperity load share within 35 % or 0.05, as single realisations scatter (15 to 35 %; the references are one or two)
-    and 0.034 is .06 to .09 here, less on finer meshes; mu within 20 %, mean film within 15 %.
+    and 0.034 is .06 to .09, 0.135 is .19 with "fast", less on finer meshes; mu within 20 %, mean film within 15 %.
     """
     contact = line(3.0, 0.3, 1.1e9)
     found = np.array(
@@ -43,8 +43,8 @@ def test_shares_films_and_friction_of_two_dimensional_solutions(
             for run in (
                 solve_transient(
                     contact, eyring_oil(), gaussian_pair(contact, rms, length / contact.half_width, seed),
-                    accuracy="standard" if share == 0.034 else "fast", boundary_film=30e-9, peklenik_number=gamma,
-                    hardness=1e13,
+                    accuracy="standard" if share in (0.034, 0.135) else "fast", boundary_film=30e-9,
+                    peklenik_number=gamma, hardness=1e13,
                 )
                 for seed in SEEDS
             )
