@@ -291,7 +291,8 @@ def wall_temperature(walls, heat, into_1, work, out):
 @kernel(**KERNEL)
 def divided(walls, heat):
     """Heat into body 1 and both surface temperatures above those of the bodies, as in `wall_temperature`."""
-    into_1, rise_1, rise_2, work = np.empty((4, heat.size))
+    found = np.empty((4, heat.size))
+    into_1, rise_1, rise_2, work = found[0], found[1], found[2], found[3]
     wall_temperature(walls, heat, into_1, work, rise_2)
     for i in range(heat.size):
         work[i] = heat[i] - into_1[i]
@@ -331,21 +332,23 @@ def stresses(film):
     return found
 
 
-@kernel(**KERNEL)
-def heat_balance(walls, film, weights, surface, log_stress, tolerance, most, wall, log_eta, into_1):
+@njit(**INTERNAL_KERNEL)
+def heat_balance(
+    walls, film, weights, surface, log_stress, tolerance, most, wall, log_eta, into_1, matrix, pivots, rows
+):
     """Newton's method for ln(tau) = ln(tau(p, h, T(tau))) on all nodes under pressure.
 
     ``surface`` is the rise of the mean surface temperature per heat, for the matrix alone; where it is empty, that of
     `conduct` with its ``weights``. A matrix that shortens the residual to a quarter is kept. ``log_stress`` is where it
-    starts and ends; surface temperature, ln(eta) and heat into body 1 are left in the last three. Returns whether the
-    residual is below the tolerance, and the number of matrices.
+    starts and ends; surface temperature, ln(eta) and heat into body 1 are left in ``wall``, ``log_eta`` and ``into_1``;
+    the last three are work. Returns whether the residual is below the tolerance, and the number of matrices.
     """
     n, nodes = log_stress.size, film.nodes
-    matrix, pivots, rows = np.empty((n, n)), np.empty(n, np.int32), np.zeros((9, n))
     trial, stress, heat, work, value = rows[0], rows[1], rows[2], rows[3], rows[4]
     slope, step, new_value, new_slope = rows[5], rows[6], rows[7], rows[8]
     for i in range(n):
-        trial[i] = log_stress[i]
+        # the value and slope of nodes without pressure are never written
+        trial[i], new_slope[i] = log_stress[i], 0.0
     length, norm, matrices, halvings = 1.0, math.inf, 0, 0
     kept = False
     # one place for each long function: put in at several, they would take twice as long to compile
@@ -414,26 +417,27 @@ def heat_balance(walls, film, weights, surface, log_stress, tolerance, most, wal
             trial[i] = log_stress[i] + length * step[i]
 
 
-# rows of the work of `balanced`
-LOG_STRESS, EVEN, SURFACE, NEW_EVEN, NEW_SURFACE, NEW_LOG_ETA, INTO_1, WORK_ROWS = range(8)
-# what it waits for when it returns: ln(eta) at the first temperature, at that of a linear law, and at that of its
-# solution; a matrix with the exact conduction; nothing, in balance or not
-FIRST, LINEAR, SOLVED, EXACT, BALANCED, FAILED = range(6)
+# rows of the work of `balanced`; the first stress is in that of the even rise
+LOG_STRESS, FIRST_LOG_STRESS, EVEN, SURFACE, NEW_EVEN, NEW_SURFACE, NEW_LOG_ETA, INTO_1, WORK_ROWS = range(9)
+# where it continues, and what it waits for when it returns: ln(eta) at the first temperature, at that of a linear law,
+# and at that of its solution; a matrix with the exact conduction; nothing, in balance or not
+BEGUN, FIRST, LINEAR, SOLVED, EXACT, BALANCED, FAILED = range(7)
 MOST_RISE = 500.0  # K, by the stress of an isothermal initial guess, which may be arbitrarily large
 PATIENCE = 10  # matrices with the approximate conduction before the exact one is used
 
 
-@kernel(**KERNEL)
-def prepare(walls, film, weights, resistance, rolling_heat, stress, work):
-    """Heat that is not of shear, first ln(tau) and temperature of a film from a bounded starting stress."""
+@njit(**INTERNAL_KERNEL)
+def prepare(walls, film, weights, resistance, work):
+    """First ln(tau) and temperature of a film from a bounded stress; no heat where there is no pressure."""
     nodes = film.nodes
-    for i in range(stress.size):
-        nodes[SOURCE, i] = rolling_heat[i] if nodes[PRESSURE, i] > 0.0 else 0.0
+    for i in range(resistance.size):
+        nodes[SOURCE, i] = nodes[SOURCE, i] if nodes[PRESSURE, i] > 0.0 else 0.0
         nodes[RAISED, i] = 0.5 * resistance[i] * nodes[SOURCE, i]
         alone = weights[i] * (walls.matrix_1[i, i] + walls.matrix_2[i, i]) + resistance[i]
-        bounded = min(stress[i], MOST_RISE / max(film.speed * alone, 1e-300))
+        bounded = min(work[EVEN, i], MOST_RISE / max(film.speed * alone, 1e-300))
         work[EVEN, i] = film.speed * resistance[i] * bounded
-        work[LOG_STRESS, i] = math.log(max(bounded, 1e-130))
+        work[FIRST_LOG_STRESS, i] = math.log(max(bounded, 1e-130))
+        work[LOG_STRESS, i] = work[FIRST_LOG_STRESS, i]
         nodes[TEMPERATURE, i] = work[SURFACE, i] + work[EVEN, i]
 
 
@@ -442,14 +446,18 @@ def balanced(walls, film, weights, exact, resistance, numbers, log_inlet, tolera
     """Heat balance with the law of the oil: `heat_balance` with ln(eta) linearised at one temperature after another.
 
     ``numbers`` of `modulus_viscosity`; for any other law they are empty, and the caller fills in what is returned.
-    ``exact`` is the rise of the mean surface temperature per heat, or empty. ``progress`` holds where this goes on,
+    ``exact`` is the rise of the mean surface temperature per heat, or empty. ``progress`` holds where this continues,
     iterations and the last error of the linear law.
     """
     nodes, n = film.nodes, resistance.size
     even, wall, new_wall = work[EVEN], work[SURFACE], work[NEW_SURFACE]
+    matrix, pivots, rows = np.empty((n, n)), np.empty(n, np.int32), np.zeros((9, n))
     while True:
         stage = int(progress[0])
-        if stage == FIRST:
+        if stage == BEGUN:
+            prepare(walls, film, weights, resistance, work)
+            progress[0] = FIRST
+        elif stage == FIRST:
             warmed(film, resistance, wall, even)
             progress[0] = LINEAR
         elif stage == LINEAR:
@@ -459,9 +467,12 @@ def balanced(walls, film, weights, exact, resistance, numbers, log_inlet, tolera
             done, matrices = heat_balance(
                 walls, film, weights, exact, work[LOG_STRESS], tolerance,
                 left if exact.size > 0 else min(left, PATIENCE), new_wall, work[NEW_LOG_ETA], work[INTO_1],
+                matrix, pivots, rows,
             )  # fmt: skip
             progress[1] += max(matrices, 1)
             if not done:
+                for i in range(n):
+                    work[LOG_STRESS, i] = work[FIRST_LOG_STRESS, i]
                 return FAILED if exact.size > 0 else EXACT
             for i in range(n):
                 work[NEW_EVEN, i] = film.speed * resistance[i] * math.exp(work[LOG_STRESS, i])

@@ -168,24 +168,24 @@ def film_temperature(
     cut = shear.limit_slope if shear.limited and shear.limit == "cut" else math.inf
     nodes, work = np.empty((_kernels.ROWS, n)), np.zeros((_kernels.WORK_ROWS, n))
     model = Film(nodes, speed, shear.numbers(1.0, 1.0, 1.0), shear.limit_ambient, cut, RISE)
-    nodes[_kernels.PRESSURE], nodes[_kernels.LOG_RATE] = pressure, math.log(max(speed, 1e-300)) - np.log(film)
+    nodes[_kernels.PRESSURE], nodes[_kernels.SOURCE] = pressure, rolling_heat
+    nodes[_kernels.LOG_RATE] = math.log(max(speed, 1e-300)) - np.log(film)
     numbers = law.numbers if isinstance(law, ModulusLaw) else np.empty(0)
     stress, work[_kernels.SURFACE] = guess or (np.zeros(n), walls.mean)
     if not (stress > 0.0)[pressure > 0.0].all():
         nodes[_kernels.TEMPERATURE] = work[_kernels.SURFACE]
         _fill_viscosity(nodes, law, log_inlet, numbers)
         stress = np.where(stress > 0.0, stress, _kernels.stresses(model))
-    _kernels.prepare(walls, model, weights, resistance, rolling_heat, stress, work)
-    start, end = work[_kernels.LOG_STRESS].copy(), _kernels.FIRST
-    exact, progress = np.empty((0, 0)), np.array([_kernels.FIRST, 0.0, math.inf])
+    work[_kernels.EVEN] = stress
+    exact, progress, end = np.empty((0, 0)), np.array([_kernels.BEGUN, 0.0, math.inf]), _kernels.BEGUN
     while end < _kernels.BALANCED:
-        if end == _kernels.EXACT:
-            exact, work[_kernels.LOG_STRESS] = conducted.exact(), start
-        else:
-            _fill_viscosity(nodes, law, log_inlet, numbers)
         end = _kernels.balanced(
             walls, model, weights, exact, resistance, numbers, log_inlet, tolerance, max_iterations, work, progress
         )
+        if end == _kernels.EXACT:
+            exact = conducted.exact()
+        elif end < _kernels.EXACT:
+            _fill_viscosity(nodes, law, log_inlet, numbers)
     change = nodes[_kernels.LOG_ETA] - log_inlet - law.log_ratio(pressure)
     stress = np.where((pressure > 0.0) & (speed > 0.0), np.exp(work[_kernels.LOG_STRESS]), 0.0)
     return FilmTemperature(

@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 
 from ehl.compile._kernels import factored, log, product, solve_factored
-from ehl.compile.compiler import FAST_INTERNAL_KERNEL, FAST_KERNEL, INTERNAL_KERNEL, KERNEL, kernel
+from ehl.compile.compiler import FAST_INTERNAL_KERNEL, INTERNAL_KERNEL, KERNEL, kernel
 from ehl.fluid._kernels import inlet_laws, limited_stress, log_mobility, stress_scale
 from ehl.fluid.lookup import LawTable
 from ehl.fluid.rheology import EYRING, ShearNumbers
@@ -54,7 +54,7 @@ class Groups(NamedTuple):
     offset: np.ndarray
 
 
-@kernel(**FAST_KERNEL)
+@njit(**FAST_INTERNAL_KERNEL)
 def _hat_functions(s, hats):
     """Moments of the hat functions about their nodes over their orders, reach of the near field, inverse lengths."""
     for j in range(s.size):
@@ -72,7 +72,7 @@ def _hat_functions(s, hats):
         hats[8, j] = 1.0 / right if right > 0.0 else 0.0
 
 
-@kernel(**FAST_KERNEL)
+@njit(**FAST_INTERNAL_KERNEL)
 def _kernel_row(s, i, hats, twice, row):
     """Row of `log_kernel`: moments far away, where the closed form from the twice integrated logarithm loses digits.
 
