@@ -25,6 +25,7 @@ OURS = {_EHL}
 _SHARED = (
     *(_EHL / "compile" / name for name in ("compiler.py", "internals.py", "_kernels.py")),
     *(_EHL / "fluid" / name for name in ("_kernels.py", "lookup.py", "rheology.py")),
+    _EHL / "heat" / "_kernels.py",
 )
 # kinds of kernels: for rough contacts, and for all contacts; processor time on a slow core
 ROUGH, SMOOTH = "rough", "smooth"
@@ -38,7 +39,7 @@ _nested = False
 def source_hash(folder: Path) -> bytes:
     """Hash of all sources of the kernels of a folder.
 
-    folder: of the kernels; dense matrices, laws of the fluid and the compiler settings are included.
+    folder: of the kernels; dense matrices, laws of the fluid, heat and the compiler settings are included.
     Raises `OSError`: a source cannot be read.
     """
     own = folder.glob("*.py") if folder.name == "_kernels" else folder.glob("_kernels.py")
