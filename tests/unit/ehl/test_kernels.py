@@ -3,6 +3,7 @@
 import json
 import os
 import pickle
+import re
 import shutil
 import subprocess
 import sys
@@ -23,7 +24,7 @@ from ehl.common.private_files import private_folder
 from ehl.compile import sources as kernel_sources
 from ehl.compile.compiler import INTERNAL_KERNEL, KERNEL, kernel, missing_on_disk
 from ehl.compile.internals import KernelCache, Options
-from ehl.compile.sources import announced, kernel_folder, source_hash
+from ehl.compile.sources import _SHARED, announced, kernel_folder, source_hash
 from ehl.rough._kernels import quasi_separable
 from ehl.rough._kernels.march import march
 from ehl.smooth import _kernels as smooth_kernels
@@ -255,3 +256,16 @@ def test_an_untested_version_of_numba_compiles_by_its_public_interface(tmp_path:
     assert [run.stderr.count("numba 99.0") for run in runs] == [0, 1, 0]
     tested, first, again = (np.array(answer.split(), float) for answer in answers)
     np.testing.assert_allclose([first, again], [tested, tested], rtol=1e-12, atol=1e-14)
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("name", ["rough/_kernels", "smooth", "heat", "fluid", "compile"])
+def test_hash_of_kernels_has_every_kernel_they_call(name: str) -> None:
+    """A kernel holds the code of those it calls: a change of any of them must not leave the stored one in use."""
+    root = Path(str(smooth_kernels.__file__)).parents[1]
+    own = set((root / name).glob("*.py" if name.endswith("_kernels") else "_kernels.py"))
+    imported = re.compile(r"^from ehl\.([\w.]*_kernels[\w.]*) import", re.M)
+    for source in own:
+        for module in imported.findall(source.read_text(encoding="utf-8")):
+            called = root / (module.replace(".", "/") + ".py")
+            assert called in own | set(_SHARED), f"{source.name} calls {module}"
