@@ -77,7 +77,7 @@ class RunPlan:
     reduced: bool = False  # whether start-up, blocks and steps are reduced because of the cost
 
 
-# work of a contact that is not smooth, in node-iterations of some 150 ns: a contact that needs more ends with the
+# work of a contact that is not smooth, in node-iterations of some 100 ns: a contact that needs more ends with the
 # interval reached
 WORK: dict[str, float] = {"fast": 1e7, "standard": 4e7, "reference": 1e9}
 BOUND = 2.5  # multiple of the budget above which the plan is reduced (`reduced_plan`)

@@ -88,7 +88,7 @@ def neighbour_correlation(values: FloatArray) -> float:
     return float(centred[1:] @ centred[:-1]) / power if power > 0.0 else 0.0
 
 
-# work of a step: (nodes + 100)(iterations + 1.5), times 150 ns within a factor of 1.5 over 40 contacts with heat
+# work of a step: (nodes + 100)(iterations + 1.5), times 100 ns within a factor of 1.5 over 40 contacts with heat
 STEP_NODES, STEP_ITERATIONS = 100.0, 1.5
 FILM_JUMP = 5.0  # mean film of a step over its median above which the step counts as diverged
 MAX_MEDIAN_FILM = 10.0  # upper bound of the median film, in film units, unless most steps diverged

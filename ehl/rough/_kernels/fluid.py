@@ -33,7 +33,7 @@ BALANCE_TOLERANCE = 0.4  # K; Newton's next change would be half d ln eta/dT of 
 LINEAR = 1e30  # stress scale of a Newtonian film
 SMALL = 1e-2  # of x, below which sinh S/S is its series
 STEP_MAX = 60.0  # of the exponent of the step of tau0: beyond it the step is complete
-KEPT = 1e-3  # relative change of the fluidity up to which it is linear; the error of 5e-7 is far below that of a step
+KEPT = 1e-4  # relative change of the fluidity up to which it is linear, with an error of 5e-9
 KINK = 20.0  # times smaller where the limiting stress or the bracket breaks Newton's rule
 
 
@@ -128,7 +128,9 @@ def viscosity_rows(rows, fluid, count):
         i = rows.listed[k]
         place, growth = pressure_place(load(rows.pressure, i), table)
         x, beyond, cells = cells_of(place, table.row.shape[0])
-        store(rows.density, i, cubic(row_cubics(table, cells, 4), x)[0])
+        density, rise = cubic(row_cubics(table, cells, 4), x)
+        store(rows.density, i, density)
+        store(rows.density_slope, i, rise * growth * (2.0 - density))  # near enough to the division for `KEPT`
         if fluid.heated:
             x, beyond, cells = cells_of(place * ratio, table.sheet.shape[0])
             exponent, slope = cubic(sheet_cubics(table.sheet, cells, load(rows.thermal, i)), x)
@@ -270,8 +272,9 @@ def refresh_rows(rows, boundary, fluid, along, scale, first, last, everything):
     for k in range(first, last, LANES):
         i = min(k, last - LANES)
         by_film = load(rows.by_film, i) * (max(load(rows.film, i), boundary) - load(rows.known_film, i))
-        by_pressure = load(rows.by_pressure, i) * (load(rows.pressure, i) - load(rows.known_pressure, i))
-        store(rows.f, i, load(rows.known_f, i) + by_film + by_pressure)
+        f = load(rows.known_f, i)
+        slope = load(rows.by_pressure, i) + f * load(rows.density_slope, i)
+        store(rows.f, i, f + by_film + slope * (load(rows.pressure, i) - load(rows.known_pressure, i)))
 
 
 @kernel(**FAST_KERNEL)

@@ -193,6 +193,7 @@ class FluidityRows(NamedTuple):
     pressure: np.ndarray
     thermal: np.ndarray
     density: np.ndarray  # rho/rho0
+    density_slope: np.ndarray  # d ln(rho)/dp
     exponent: np.ndarray  # ln(eta/eta0)
     slope: np.ndarray  # d ln(eta)/dp
     rate: np.ndarray  # eta u_s/(tau0 h)
@@ -204,7 +205,7 @@ class FluidityRows(NamedTuple):
     known_f: np.ndarray
     f: np.ndarray
     by_film: np.ndarray
-    by_pressure: np.ndarray
+    by_pressure: np.ndarray  # at constant density
     listed: np.ndarray  # first of each four points to be evaluated
 
     @classmethod

@@ -9,17 +9,25 @@ from contacts import line_contact
 from twins.exact_elasticity import LogConvolution
 
 from ehl.common.data import data_names
-from ehl.compile._kernels import log
+from ehl.compile._kernels import log as log_of_one
+from ehl.compile.compiler import FAST_KERNEL, kernel
 from ehl.fluid._kernels import inlet_laws
 from ehl.fluid.density import Tait, TaitCompression
 from ehl.fluid.free_volume import Doolittle, ImprovedYasutomi, McEwenPaluch, OriginalYasutomi
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
-from ehl.rough._kernels.fluid import balanced_shear_row, fluidity_rows, isothermal_shear_row, temperature_place
+from ehl.rough._kernels.fluid import (
+    balanced_shear_row,
+    fluidity_rows,
+    isothermal_shear_row,
+    list_changed,
+    refresh_rows,
+    temperature_place,
+)
 from ehl.rough._kernels.motion import sample_profile
 from ehl.rough._kernels.quasi_separable import MODES, exponential_product, factor_and_solve
 from ehl.rough._kernels.records import FluidityRows, HeatRows
-from ehl.rough._kernels.vectors import exp
+from ehl.rough._kernels.vectors import exp, log
 from ehl.rough.exponential_sums import (
     fit_log_kernel,
     fit_root_kernel,
@@ -126,10 +134,37 @@ def test_quasi_separable_solution_matches_dense(seed: int) -> None:
 
 def test_elementary_functions_match_the_library() -> None:
     x = np.linspace(-690.0, 690.0, 20001)
-    np.testing.assert_allclose([exp(v) for v in x[::50]], np.exp(x[::50]), rtol=5e-13)
+    np.testing.assert_allclose([exp(v) for v in x[::50]], np.exp(x[::50]), rtol=1e-15)
     y = np.exp(np.linspace(-300.0, 300.0, 601))
-    np.testing.assert_allclose([log(v) for v in y], np.log(y), atol=2e-13, rtol=1e-13)
+    np.testing.assert_allclose([log(v) for v in y], np.log(y), atol=1e-15, rtol=1e-15)
+    np.testing.assert_allclose([log_of_one(v) for v in y], np.log(y), atol=2e-13, rtol=1e-13)
     assert exp(-1e9) == pytest.approx(0.0, abs=1e-300)
+
+
+@kernel(cache=False, **FAST_KERNEL)  # it compiles kernels of other files in
+def refreshed(rows, boundary, fluid, everything):  # type: ignore[no-untyped-def]
+    """Fluidity after a change of film and pressure; returns the number of evaluated points."""
+    count = list_changed(rows, boundary, 0, rows.film.size, everything)
+    refresh_rows(rows, boundary, fluid, fluid.along, 2.0, 0, rows.film.size, everything)
+    return 4 * count
+
+
+@pytest.mark.parametrize(("rheology", "lengthwise"), [("newtonian", 0.0), ("eyring", 3.0)])
+def test_fluidity_is_evaluated_where_it_changed_and_linear_elsewhere(rheology: str, lengthwise: float) -> None:
+    fluid = scaled("roelands", rheology, lengthwise, heated=True)[2]
+    rng = np.random.default_rng(2)
+    film, pressure = 0.02 + rng.random(43), 1.6 * rng.random(43)
+    rows = rows_of(film, pressure, 60.0)
+    assert refreshed(rows, 0.05, fluid, True) == 44
+    film[:] *= 1.0 + 1e-6 * rng.standard_normal(43)
+    pressure[:] += 1e-7 * rng.standard_normal(43)
+    pressure[21] += 1e-2
+    rows.film[:], rows.pressure[:] = film, pressure
+    assert refreshed(rows, 0.05, fluid, False) == 4
+    exact = rows_of(film, pressure, 60.0)
+    refreshed(exact, 0.05, fluid, True)
+    np.testing.assert_allclose(rows.f, exact.f, rtol=1e-8)
+    assert rows.f[21] == exact.f[21]
 
 
 def lubricant(law: str, rheology: str, **extra: object) -> Lubricant:
