@@ -33,7 +33,7 @@ BALANCE_TOLERANCE = 0.4  # K; Newton's next change would be half d ln eta/dT of 
 LINEAR = 1e30  # stress scale of a Newtonian film
 SMALL = 1e-2  # of x, below which sinh S/S is its series
 STEP_MAX = 60.0  # of the exponent of the step of tau0: beyond it the step is complete
-KEPT = 1e-4  # relative change of the fluidity up to which it is linear, with an error of 5e-9
+KEPT = 1e-4  # relative change of the fluidity up to which it is linear, with an error below 1e-6
 KINK = 20.0  # times smaller where the limiting stress or the bracket breaks Newton's rule
 
 
