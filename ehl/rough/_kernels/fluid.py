@@ -253,8 +253,8 @@ def list_changed(rows, boundary, first, last, everything):
 def refresh_rows(rows, boundary, fluid, along, scale, first, last, everything):
     """`fluidity_rows` of the points ``first`` to ``last`` - 1, at least four.
 
-    Without ``everything`` points with a small change since their last evaluation get the linear one, whose relative
-    error is about `KEPT` squared; Newton's iteration soon changes a few points only.
+    Without ``everything`` points with a small change since their last evaluation get the linear one (`KEPT`): the
+    iteration soon changes a few points only.
     """
     count = list_changed(rows, boundary, first, last, everything)
     viscosity_rows(rows, fluid, count)
