@@ -71,7 +71,10 @@ def friction_of_cases(cases: Sequence[Case]) -> list[Array]:
         return [friction_of(*case) for case in cases]
     keys = [(id(model), id(oil), id(state)) for model, state, oil in cases]
     by_key, found = dict(zip(keys, cases, strict=True)), dict[tuple[int, int, int], Array]()
-    for _, of_model in itertools.groupby(sorted(by_key), lambda key: key[0]):
+    # in the order in which models and oils appear, so that equal cases are evaluated in equal blocks
+    models, oils = ({key[part]: place for place, key in reversed(list(enumerate(by_key)))} for part in (0, 1))
+    ordered = sorted(by_key, key=lambda key: (models[key[0]], oils[key[1]]))
+    for _, of_model in itertools.groupby(ordered, lambda key: key[0]):
         some = list(of_model)
         tables = []
         for _, of_oil in itertools.groupby(some, lambda key: key[1]):

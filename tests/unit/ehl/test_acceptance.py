@@ -197,7 +197,7 @@ def test_contacts_far_from_any_gear_have_an_error_or_a_reason(
     result = Contact(**keys, radius_equivalent=radius, speed_entrainment=speed, accuracy="fast").solve()
     assert (result.reason, result.status) == (reason, "failed" if reason else "converged")
     if not reason:
-        assert 0.01 < result.friction_error < 1.0
+        assert 0.005 < result.friction_error < 1.0
         assert result.problem is not None
         expected = rubbing_friction(result.problem.line, 0.085)  # a slip of 1e-6: most of the contact sticks
         assert result.friction_coefficient == pytest.approx(expected, rel=result.friction_error)
