@@ -163,7 +163,7 @@ def test_a_random_share_of_the_shipped_cases_is_what_the_solver_says_today(name:
         assert all(within)
         # rounding alone moves chaotic histories: 17 % of 126 contacts by more than that between two ways of computing
         # the same fluidity, by 0.1 % in the mean
-        assert np.count_nonzero(differences >= ELSEWHERE) <= 1
+        assert np.count_nonzero(differences >= ELSEWHERE) <= 2
         assert np.median(differences) < 0.5 * ELSEWHERE
     else:
         # another way of averaging: other windows of the same surfaces, equal within intervals of 90 %
