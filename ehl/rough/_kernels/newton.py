@@ -364,12 +364,9 @@ def solve_step(state, step, macro, work, model, stage):
         load_error = contact.load - load
         if not largest < 1e30:
             break
-        if (
-            iterations > 0
-            and changes == 0
-            and largest < contact.tolerance
-            and abs(load_error) < LOAD_TOLERANCE * contact.load
-        ):
+        settled = changes == 0 and largest < contact.tolerance and abs(load_error) < LOAD_TOLERANCE * contact.load
+        # errors of predictions that are left as they are would add up over the steps, each below the tolerance
+        if settled and iterations > 0:
             converged = True
             break
         iterations += 1
