@@ -17,7 +17,7 @@ from ehl.rough._kernels.newton import (
     middle_film,
     solve_step,
 )
-from ehl.rough._kernels.records import AGE, CAPPED, RIGID_APPROACH, RIGID_APPROACH_OLD, TRAVEL
+from ehl.rough._kernels.records import AGE, CAPPED, CHANGES_TIMES_ERRORS, RIGID_APPROACH, RIGID_APPROACH_OLD, TRAVEL
 from ehl.rough._kernels.side_flow import accumulate, isotropic_outflow, update_mean_total, update_pressure
 
 # columns of the record of a step
@@ -227,8 +227,10 @@ def march(steps, state, step, saved, macro, work, model, records, profiles):
             for i in range(n):
                 state.fluid_pressure_old[i] = state.fluid_pressure[i]
                 state.contact_pressure_old[i] = state.contact_pressure[i]
-        else:
+        elif stage == PLAIN:
             weigh_prediction(state)
+        else:
+            scalars[CHANGES_TIMES_ERRORS] = 0.0  # where Newton fails, the second prediction is no better
         scalars[AGE] += 1.0
         settle_mass(state, step, work, model, stage != UNCONVERGED)
         if model.heat.on:
