@@ -90,11 +90,11 @@ def _kernel_row(s, i, hats, twice, row):
         here = twice[j]
         near = (twice[j + 1] - here) * hats[8, j] + (twice[j - 1] - here) * hats[7, j]
         row[j] = row[j] if abs(s[i] - s[j]) > hats[6, j] else near
-    for j, sign, beside in ((0, 1.0, 1), (n - 1, -1.0, n - 2)):
+    for j, sign, inner in ((0, 1.0, 1), (n - 1, -1.0, n - 2)):
         r = s[i] - s[j]
         if not abs(r) > hats[6, j]:
             end = r * log(abs(r) + 1e-300) - r
-            row[j] = (twice[beside] - twice[j]) * (hats[7, j] + hats[8, j]) + sign * end
+            row[j] = (twice[inner] - twice[j]) * (hats[7, j] + hats[8, j]) + sign * end
 
 
 @kernel(**KERNEL)
