@@ -66,7 +66,9 @@ REFUSED = {
 
 @pytest.mark.parametrize("name", RESOLVED)
 def test_extreme_contacts_are_solved_within_the_invariants(name: str) -> None:
-    row = solved(Scene(3, BASE | RESOLVED[name]), "fast", travel=1.5, nodes_max=512)
+    # its half-width is shorter than one wave of the roughness
+    travel = 8.0 if name == "lightly loaded, far inlet" else 1.5
+    row = solved(Scene(3, BASE | RESOLVED[name]), "fast", travel=travel, nodes_max=512)
     # in a window of 1.5 b the macroscopic pressure of some has not settled, and their error says so
     # that of marks along the motion contains the difference from two-dimensional solutions
     wide = ("net_exchange", "beyond_laws") if name == "along the lay" else ("net_exchange",)
