@@ -35,6 +35,7 @@ from regression.friction.conditions import conditions_of
 OILS = ("75w90", "fva3", "eaxle", "80w90", "pao220", "pg_0_1")
 KINDS = ("", "_mesh", "_noise", "_paths", "_film")
 FITTED = ("", "_mesh", "_film")
+PROFILES = {"_paths": 4}  # of each contact of a table, whose mean is the expected value; plans name their own
 DATA = Path("data")
 PAGE, MARKERS = Path("docs/friction_formula.md"), ("<!-- errors: begin -->", "<!-- errors: end -->")
 PAIRS = (
@@ -50,7 +51,10 @@ def sweep(oil: str, jobs: int | None) -> None:
     for kind in KINDS:
         # every oil has its own points: together they say more than the same ones six times
         seed = f"sampling.seed={100 * OILS.index(oil) + KINDS.index(kind) + 1}"
-        plan = regression.Plan.from_file(f"gear{kind}", [f"lubricant.oil={oil}", seed])
+        changes = [f"lubricant.oil={oil}", seed]
+        if kind in PROFILES:
+            changes.append(f"sampling.realisations={PROFILES[kind]}")
+        plan = regression.Plan.from_file(f"gear{kind}", changes)
         run = regression.sweep(plan, OUT / "sweeps" / f"{oil}{kind}", jobs=jobs)
         print(repr(run), flush=True)
         target = DATA / "datasets" / f"gear_{oil}{kind}.h5"

@@ -34,6 +34,10 @@ RESOLVED = {
     "cliffs": {"kind": "sharp", "correlation_length": 8e-5},
     "a scratch": {"kind": "scratch", "correlation_length": 5e-5, "roughness_rms_2": 0.0},
     "hot and fast": {"thermal": "on", "speed_entrainment": 10.0, "slide_to_roll": 1.5, "pressure_hertz": 1.5e9},
+    "steep peaks in a viscous oil": {
+        "pressure_hertz": 1.33e9, "radius_equivalent": 0.0316, "speed_entrainment": 1.14, "slide_to_roll": 0.96,
+        "viscosity_inlet": 0.085, "roughness_rms_1": 0.55e-6, "roughness_rms_2": 0.55e-6, "correlation_length": 2.2e-5,
+    },
     "lightly loaded, far inlet": {
         "pressure_hertz": 1.7e8, "radius_equivalent": 1.5e-3, "viscosity_inlet": 0.003, "pressure_viscosity": 2.5e-8,
         "correlation_length": 5e-6,
@@ -75,6 +79,12 @@ def test_extreme_contacts_are_solved_within_the_invariants(name: str) -> None:
     assert row["outcome"] in ("converged", "with fallback") or row["reason"] in wide, row["detail"]
     assert row["steps_unconverged"] == 0.0
     assert row["steps_lagged"] < 0.02
+
+
+def test_newton_solves_the_steps_of_steep_peaks_in_a_viscous_oil() -> None:
+    # without the limit of the derivative of the flow it solved a third to a half of them
+    row = solved(Scene(3, BASE | RESOLVED["steep peaks in a viscous oil"]), "fast", travel=1.5, nodes_max=512)
+    assert row["steps_plain"] > 0.9
 
 
 @pytest.mark.parametrize("name", BEYOND)
