@@ -32,10 +32,10 @@ def test_smallest_number_of_meshes_and_their_work(inlet: float, levels: int, lea
 
 
 @pytest.mark.parametrize(
-    ("budget", "count"), [(5745.5, 4), (5745.4, 3), (1772.3, 3), (1772.1, 2), (0.0, 2), (math.inf, 4)]
+    ("budget", "count"), [(5745.5, 4), (5745.4, 3), (886.2, 3), (886.0, 2), (0.0, 2), (math.inf, 4)]
 )
 def test_number_of_meshes_within_a_budget(budget: float, count: int) -> None:
-    """150 of work and, for four, 165 + 425 + 1271.6 + 3733.88; for three, 150 + 374 + 1098.2."""
+    """150 of work and, for four, 165 + 425 + 1271.6 + 3733.88; for three 150 + 374 + 1098.2, within two budgets."""
     coarsest: Any = SimpleNamespace(work=100.0, rate=10.0)
     assert affordable(replace(PLAN, budget=budget), coarsest, 4, 50.0) == count
 
