@@ -4,7 +4,7 @@
     python validation/shipped_formulas.py --fit        # from the data that are there
     python validation/shipped_formulas.py 75w90 --check  # tables alone
 
-The plans `gear`, `gear_mesh`, `gear_film`, `gear_noise` and `gear_paths` are solved for each oil, 1992 contacts or a
+The plans `gear`, `gear_mesh`, `gear_film`, `gear_noise` and `gear_paths` are solved for each oil, 2592 contacts or a
 quarter of an hour of processor time; results go to data/datasets and formulas to data/formulas. The first three are
 fitted, the others check.
 Without names all shipped oils are meant. A sweep is resumed from its folder in validation/out/sweeps; the fits take
