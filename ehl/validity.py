@@ -168,11 +168,13 @@ def limits_of(result: ContactResult, problem: ContactProblem) -> Iterator[Limit]
             f"pressure of {result.pressure_max / 1e9:.3g} GPa above the hardness {hardness / 1e9:.3g} GPa: yielding"
         )
     gamma = problem.surface.peklenik_number
-    if gamma < 1.0 and result.dry is None and result.friction_asperity > 0.0:
+    if gamma < 1.0 and result.dry is None and result.asperity_load_share > 0.0:
         # two-dimensional solutions have 9, 3 and 11 % less mu at 0.5, 0.5 and 0.7, where asperities give 0.15, 0.63 and
-        # 0.46 of it; without film both have the boundary friction
-        film = 1.0 - min(result.asperity_load_share, 1.0)
-        error = 0.25 * min((1.0 - gamma) / 0.3, 1.0) * film * math.sqrt(min(result.friction_asperity / mu, 1.0))
+        # 0.46 of it; without film both have the boundary friction. With little boundary friction a wrong load share
+        # changes the friction of the film
+        share = min(result.asperity_load_share, 1.0)
+        part = max(result.friction_asperity / mu, share) if mu > 0.0 else share
+        error = 0.25 * min((1.0 - gamma) / 0.3, 1.0) * (1.0 - share) * math.sqrt(min(part, 1.0))
         note = (
             f"Peklenik number {gamma:.2g}, marks along the motion: compared with three two-dimensional solutions only; "
             f"an uncertainty of mu of {100.0 * error:.0f} % is included in the error"

@@ -224,6 +224,27 @@ def test_friction_above_the_shear_strength_of_liquids_is_an_error(good: ContactR
     assert plain < 0.01
 
 
+@pytest.mark.parametrize(
+    ("gamma", "share", "asperities", "error"),
+    [
+        (0.5, 0.36, 0.64, 0.25 * 0.64 * 0.8),
+        (0.85, 0.36, 0.64, 0.125 * 0.64 * 0.8),
+        (0.5, 0.36, 0.0, 0.25 * 0.64 * 0.6),  # without boundary friction the film is sheared by another load
+        (0.5, 1.0, 1.0, 0.0),
+        (0.5, 0.0, 0.0, 0.0),
+        (1.0, 0.36, 0.64, 0.0),
+    ],
+)
+def test_marks_along_the_motion_widen_the_error(
+    good: ContactResult, gamma: float, share: float, asperities: float, error: float
+) -> None:
+    assert good.problem is not None
+    problem = replace(good.problem, surface=good.problem.surface.model_copy(update={"peklenik_number": gamma}))
+    found = replace(good, asperity_load_share=share, friction_asperity=asperities * good.friction_coefficient)
+    plain = sum(limit.friction for limit in limits_of(good, good.problem))
+    assert sum(limit.friction for limit in limits_of(found, problem)) - plain == pytest.approx(error, abs=1e-12)
+
+
 def test_laws_of_the_oil_beyond_their_measurements_widen_the_interval() -> None:
     """The half-width holds the change with the tangent of the law at the end of what was measured."""
     keys: dict[str, Any] = {"oil": "75w90", "radius_equivalent": "15 mm", "speed_entrainment": "5 m/s"}
