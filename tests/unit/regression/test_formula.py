@@ -268,7 +268,11 @@ def test_points_never_fitted_are_met_as_their_table_says() -> None:
     assert [band.count for band in model.unseen_bands] == counts.tolist()
     # contacts along gear meshes too are means over their profiles
     assert model.paths is not None
-    assert (model.paths.count, len(load_dataset("gear_75w90_paths"))) == (200, 200)
+    paths, point = load_dataset("gear_75w90_paths").frame, ["pressure_hertz", "speed_entrainment", "slide_to_roll"]
+    assert (model.paths.count, len(paths)) == (200, 800)
+    means = paths.groupby(point, sort=False)["friction_coefficient"].mean()
+    error = np.abs(model.evaluate(columns(paths.drop_duplicates(point))).mu / means.to_numpy() - 1.0)
+    assert model.paths.mape == pytest.approx(error.mean(), rel=1e-3)
 
 
 def test_what_a_formula_of_a_file_has_and_lacks(tmp_path: Path) -> None:
