@@ -383,8 +383,8 @@ def affordable(plan: RunPlan, coarsest: Window, levels: int, reserved: float) ->
     """Largest number of meshes with the shortest windows within the budget, at least `least_levels`.
 
     All but the finest mesh may take `BUDGETS` budgets: two meshes that are both too coarse differ too little to state
-    their error (at a film ratio of .013 mu was 15 % too low with a stated error of 5 %, now 5 and 7 %). Per travel the
-    next finer mesh takes four times the work, times `FINER_STEP` because of fewer iterations.
+    their error (at a film ratio of .013 mu was 15 % too low with a stated error of 5 %, with three meshes 5 and 7 %).
+    Per travel the next finer mesh takes four times the work, times `FINER_STEP` because of fewer iterations.
     """
     least = least_levels(plan, levels)
     spent = coarsest.work + reserved

@@ -242,6 +242,8 @@ def test_marks_along_the_motion_widen_the_error(
     problem = replace(good.problem, surface=good.problem.surface.model_copy(update={"peklenik_number": gamma}))
     found = replace(good, asperity_load_share=share, friction_asperity=asperities * good.friction_coefficient)
     plain = sum(limit.friction for limit in limits_of(good, good.problem))
+    still = replace(found, friction_coefficient=0.0, friction_asperity=0.0, friction_fluid=0.0)  # no sliding
+    assert all(np.isfinite(limit.friction) for limit in limits_of(still, problem))
     assert sum(limit.friction for limit in limits_of(found, problem)) - plain == pytest.approx(error, abs=1e-12)
 
 
