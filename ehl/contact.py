@@ -179,7 +179,7 @@ class Contact(InputModel):
         are the units of files that do not state them.
     finish, finish_state : str
         Surface finish (`ehl.shipped("finishes")`) and its state, "run_in" (default) or "new". Default values of Rq,
-        correlation length, skewness, lay and self-affine spectrum follow from it.
+        correlation length, skewness, kurtosis and lay follow from it.
     correlation_length, skewness, kurtosis, peklenik_number, seed : float, str or int
         Parameters of generated roughness; the default of the correlation length [m] is 40 Rq.
     rsm, rdq, sal : float or str

@@ -56,7 +56,7 @@ class ContactResult(Reportable):
     Parameters
     ----------
     status : str
-        "converged"; "unsettled": the error `friction_error` exceeds the tolerance; "failed": there is no result and
+        "converged"; "unsettled": usable, but an error exceeds four tolerances; "failed": there is no result and
         all numbers are nan.
     reason : str
         Cause of the status: empty when converged, else a reason of the solver or one of

@@ -98,7 +98,7 @@ class EhlFriction(FrictionModel):
     model: physics and accuracy of each contact.
     boundary_friction: mu_b of asperity contacts [-]; default: that of extreme-pressure additives.
     skewness: skewness of the heights of both flanks [-].
-    boundary_film: gap below which asperities are in contact [m]; default: from the roughness.
+    boundary_film: gap below which asperities are in contact [m]; default: that of extreme-pressure additives.
     seed: seed of the roughness of the first contact, increased by one for each further contact. Each contact has its
         own section of the flanks, so that random effects of single profiles average out over a mesh.
     """

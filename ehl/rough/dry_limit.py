@@ -1,8 +1,8 @@
 """Dry contact instead of a negligible film, selected by an estimate of the load share of the film.
 
-load share of the film <= D gamma^0.85 (25 h/h_boundary)^1.5 max(1, alpha p_h/15)^1.5
+load share of the film <= D (25 h/h_boundary)^1.5 max(1, alpha p_h/15)^1.5
 
-with the smooth film h. D is 0.01 with side drainage; 0.12 replaces D gamma^0.85 in sealed valleys. The estimate (own
+with the smooth film h and D = min(0.01 max(gamma, 1)^0.85, 0.12), 0.12 in sealed valleys. The estimate (own
 work) exceeds the share of all of 18 solved contacts (`validation/mixed_shortcuts.py dry`).
 """
 

@@ -72,7 +72,7 @@ class Snapshot:
 class TransientResult:
     """Friction, films and shares of a rough moving contact, averaged over the window, with their errors."""
 
-    status: str  # "converged", "unsettled" if mu is usable but its error exceeds the tolerance, or "failed"
+    status: str  # "converged", "unsettled" if mu is usable but its error exceeds four tolerances, or "failed"
     reason: str  # one of `REASONS`
     notes: tuple[str, ...]  # limits of the model that concern this case
     # mu = fluid + asperity part [-]

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
-from regression.export.printer import ATOM, LIBRARY, Printer, assignments, broken, commented, number_rows, packed
+from regression.export.printer import ATOM, LIBRARY, LINE, Printer, assignments, broken, commented, number_rows, packed
 from regression.export.program import OUTPUTS, RESULTS, Program
 
 
@@ -48,7 +48,7 @@ def _stored_rows(program: Program) -> list[str]:
             whole = isinstance(rows[0][0], int)
             kind, mark = ("integer", "") if whole else ("real(dp)", "_dp")
             lines.append(f"  {kind}, save :: {function.name}_{array}({len(rows[0])}, {len(rows)})")
-            numbers = number_rows([[number for row in rows for number in row]], "    ", "//", mark)
+            numbers = number_rows([[number for row in rows for number in row]], "    ", "//", mark, LINE)
             lines += [f"  data {function.name}_{array} &", numbers.replace("\n", " &\n")]
     return lines
 

@@ -123,7 +123,8 @@ class Printer:
         return text if own >= level else f"({text})"
 
 
-_LINE = 130  # characters; two more mark a line that goes on
+LINE = 130  # characters; two more mark a line that goes on
+_TABLE_LINE = 250  # of stored numbers, in languages without a limit
 # functions with the same name in C, Fortran and MATLAB; maximum and minimum propagate NaN as in numpy
 LIBRARY = {
     "absolute": "abs",
@@ -209,7 +210,7 @@ def broken(line: str, indent: str, end: str = "") -> str:
     return f"{end}\n".join(
         textwrap.wrap(
             line,
-            _LINE,
+            LINE,
             initial_indent=indent,
             subsequent_indent=f"{indent}    ",
             break_long_words=False,
@@ -231,15 +232,17 @@ def packed(statements: Sequence[str], indent: str, end: str = "", kind: str = ""
         joined = f"{last} {statement}"
         if kind and statement.startswith(kind) and last.startswith(indent + kind) and last.count(";") == 1:
             joined = f"{last[:-1]}, {statement.removeprefix(kind)}"
-        if last and "\n" not in last and len(joined) <= _LINE:
+        if last and "\n" not in last and len(joined) <= LINE:
             lines[-1] = joined
         else:
             lines.append(broken(statement, indent, end))
     return "\n".join(lines).split("\n")
 
 
-def number_rows(rows: Sequence[Sequence[float]], indent: str, ends: str = "{}", kind: str = "") -> str:
-    """Rows of numbers, each between two brackets, as many numbers per line as fit; `kind` follows each."""
+def number_rows(
+    rows: Sequence[Sequence[float]], indent: str, ends: str = "{}", kind: str = "", width: int = _TABLE_LINE
+) -> str:
+    """Rows of numbers, each between two brackets, as many per line of `width` as fit; `kind` follows each number."""
     left, right = (ends[0], ends[1]) if ends else ("", "")
     parts = [part for row in rows for part in (left, *(f"{number!r}{kind}," for number in row), right)]
     text = "\0".join(parts).replace(f",\0{right}", right or ",").replace(f"{left}\0", left)
@@ -247,7 +250,7 @@ def number_rows(rows: Sequence[Sequence[float]], indent: str, ends: str = "{}", 
     words = text.split("\0")
     for k, word in enumerate(words):
         shown = f"{word}," if right and word.endswith(right) and k < len(words) - 1 else word
-        if len(line) + len(shown) > _LINE and line.strip():
+        if len(line) + len(shown) > width and line.strip():
             lines.append(line)
             line = indent
         line += shown

@@ -185,7 +185,7 @@ def _masjedi(c: Conditions, base: str) -> Array:
 
 
 _LOCAL_LOAD = "a mesh mean with quantities at the pitch point, applied with local ones; Ra = 0.798 Rq, mean of both"
-_FILM = "film of Moes (1992) with the inlet-heating factor of Murch & Wilson"
+_FILM = "film of Moes (1992) with the inlet-heating factor of Wilson & Gupta"
 _SHARE = _FILM + "; mu_b = 0.10 (this work)"
 
 _ENTRIES = (
@@ -301,7 +301,7 @@ _ENTRIES = (
         {"film_ratio_formula": (0.1, np.inf)},
         "estimated: the share exceeds 1 at lower values; the range of the original is unknown",
         local=_masjedi,
-        applied="film friction of Arana et al. with the inlet-heating factor of Murch & Wilson; mu_b = 0.10 and "
+        applied="film friction of Arana et al. with the inlet-heating factor of Wilson & Gupta; mu_b = 0.10 and "
         "hardness 8 GPa (this work)",
     ),
 )

@@ -22,7 +22,7 @@ class Fluid(NamedTuple):
     sliding: float  # eta0 u_s/(reference stress h_unit)
     along: float  # cos^2 of the angle between sliding and x
     flux: float  # dt p_h h_unit^2/(12 eta0 dx^2)
-    flux_lateral: float  # dt p_h h_unit^2 k_y/(12 eta0 (gamma lc)^2); 0 = sealed
+    flux_lateral: float  # dt p_h h_unit^2 k_e^2/(12 eta0); 0 = sealed
     stress: float  # reference stress/p_h: that of tau0, or 1 for a Newtonian oil
     limit: float  # Lambda of tau <= tau_L0 + Lambda p, in the traction alone
     temperature: float  # inlet [K]

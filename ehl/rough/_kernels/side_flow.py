@@ -5,13 +5,13 @@ P is moved towards that by the mean exchange over its conductance (local part) a
 part, which the local part alone would need thousands of passages for).  Ahead of the first exchanging node the gap
 is many times the roughness: there P is the mean of p.
 
-P is no higher than the mean total pressure Q.
+P is at most 0.02 p_h above the mean total pressure Q.
 
 Conductances and fluidities are long averages: window values correlate with the exchange and bias the fixed point
 while every step still converges. Their gain falls as 1/n, so that they become means over the whole travel.
 
 Elasticity: the time mean Q(x) of the total pressure q acts through the line kernel, what deviates from it through that
-of a lateral mode of wave number k_e (`ehl.rough.lateral`):
+of a lateral mode of wave number k_e (`ehl.rough.scaling.flattening_wave_number`):
 
     V = K_log Q + K_e (q - Q) = (K_log - K_e) Q + K_e q
 
