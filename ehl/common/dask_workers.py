@@ -28,8 +28,6 @@ _CHECK_EVERY = 5.0  # interval of the checks of a silent cluster [s]
 class ClusterLost(MixedEhlError):
     """The scheduler or all workers of a cluster are gone."""
 
-    exit_code = 1
-
 
 @dataclass(frozen=True)
 class DaskCluster:

@@ -134,8 +134,6 @@ class ConvergenceError(MixedEhlError):
         Location and size of the residual.
     """
 
-    exit_code = 1
-
     def __init__(self, reason: str, detail: str = "") -> None:
         self.reason, self.detail = reason, detail
         super().__init__(str(self))

@@ -47,8 +47,6 @@ class WorkersCrashed(Exception):
 class AllWorkersCrashed(MixedEhlError):
     """Every worker crashes, independent of its task."""
 
-    exit_code = 1
-
 
 def granted_workers() -> int:
     """Number of processors permitted by affinity, cgroup quotas, scheduler (Slurm) and OMP_THREAD_LIMIT.

@@ -58,13 +58,9 @@ EXCLUDED_GAIN = 3.84  # loss of fit above which the data exclude a held value, c
 class NotIdentifiable(MixedEhlError):
     """The solver fails on too many rows for an identification."""
 
-    exit_code = 1
-
 
 class MisfitTooLarge(MixedEhlError):
     """The model does not describe the rows; a card is written on request only (`force`)."""
-
-    exit_code = 1
 
 
 @dataclass(frozen=True)
