@@ -14,7 +14,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -25,7 +25,7 @@ from efficiency.loss.power_loss import efficiency_of
 from ehl.common.arrays import FloatArray, finite_or_none
 from ehl.common.data import reason_text
 from ehl.common.errors import ConvergenceError
-from ehl.common.pages import Reportable
+from ehl.common.pages import Reportable, StatusOfReason
 from ehl.common.progress import ProgressCallback, progress_to, report_progress
 from ehl.common.table import Table
 from ehl.common.tabular import Tabular
@@ -153,7 +153,7 @@ Place = tuple[int, ...]
 
 
 @dataclass(frozen=True)
-class GridPoint:
+class GridPoint(StatusOfReason):
     """One point of a grid."""
 
     condition: dict[str, Any]  # value of each axis, SI units
@@ -174,11 +174,6 @@ class GridPoint:
         return self.result.value(name)
 
     @property
-    def status(self) -> Literal["converged", "failed"]:
-        """``failed`` if there is a reason."""
-        return "failed" if self.reason else "converged"
-
-    @property
     def notes(self) -> tuple[str, ...]:
         """Notes of the result, or the reason of failure."""
         if self.result is None:
@@ -193,16 +188,11 @@ class GridPoint:
         return named | values | self.requested | last | {"notes": "; ".join(self.notes)}
 
 
-class PointsResult(Reportable):
+class PointsResult(StatusOfReason, Reportable):
     """A result of several points, each with its `reason` and `notes`."""
 
     points: tuple[Any, ...]
     kind_of_points = "points"
-
-    @property
-    def status(self) -> Literal["converged", "failed"]:
-        """``failed`` if any point failed."""
-        return "failed" if self.reason else "converged"
 
     @property
     def reason(self) -> str:

@@ -23,7 +23,7 @@ from efficiency.contact.relief import FlankDeviation, flank_tolerances
 from efficiency.design.design import MISALIGNMENTS, Design
 from ehl.common.arrays import FloatArray, finite_or_none
 from ehl.common.errors import ConvergenceError, InputError
-from ehl.common.pages import Reportable
+from ehl.common.pages import Reportable, StatusOfReason
 from ehl.common.progress import ProgressCallback, progress_to, report_progress
 
 if TYPE_CHECKING:
@@ -152,18 +152,13 @@ class MisalignmentStudy:
 
 
 @dataclass(frozen=True, repr=False)
-class MisalignmentGrid(Reportable):
+class MisalignmentGrid(StatusOfReason, Reportable):
     """Contact of a pair over misalignments: from `GearPair.misalignment`."""
 
     presenter = "efficiency.output.misalignment_report:misalignment"
 
     pair: Design  # design of the pair
     studies: tuple[MisalignmentStudy, ...]  # one for each side
-
-    @property
-    def status(self) -> str:
-        """``failed`` if any state failed."""
-        return "failed" if self.reason else "converged"
 
     @property
     def reason(self) -> str:

@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ from efficiency.cutting.limits import flank_limits
 from efficiency.design.design import Design
 from ehl.common.arrays import FloatArray, finite_or_none
 from ehl.common.errors import ConvergenceError, InputError
-from ehl.common.pages import Reportable
+from ehl.common.pages import Reportable, StatusOfReason
 from ehl.common.units import ValueRange
 
 MARKING_LIMITS = ValueRange("m", gt=0.0, le=1e-3)
@@ -84,7 +84,7 @@ class FlankSummary:
 
 
 @dataclass(frozen=True, repr=False)
-class PairGeometry(Reportable):
+class PairGeometry(StatusOfReason, Reportable):
     """Geometry of a pair: its flanks and the unloaded contact of each required side."""
 
     presenter = "efficiency.output.geometry_report:geometry"
@@ -97,10 +97,6 @@ class PairGeometry(Reportable):
     failures: dict[Side, str]  # why a side could not be computed
     notes: tuple[str, ...]  # notes on the members
     seconds: float  # wall time of all
-    status: str = field(init=False)
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "status", "failed" if self.failures else "converged")
 
     @property
     def reason(self) -> str:

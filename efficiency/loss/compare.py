@@ -16,7 +16,7 @@ from efficiency.loss.kinematics import Operation
 from efficiency.loss.power_loss import loss_by_region, loss_of
 from ehl.common.arrays import finite_or_none
 from ehl.common.data import reason_text
-from ehl.common.pages import Reportable
+from ehl.common.pages import Reportable, StatusOfReason
 from ehl.fluid.oil import Oil
 from regression.friction.models import ConstantFriction, FrictionModel
 from regression.friction.published_registry import PUBLISHED, model_label
@@ -69,7 +69,7 @@ class ComparisonRow:
 
 
 @dataclass(frozen=True, repr=False)
-class Comparison(Reportable):
+class Comparison(StatusOfReason, Reportable):
     """Efficiencies of one pair at one operating point."""
 
     presenter = "efficiency.output.comparison_report:comparison"
@@ -92,11 +92,6 @@ class Comparison(Reportable):
     def notes(self) -> tuple[str, ...]:
         """Notes of all results, each once."""
         return tuple(dict.fromkeys(note for result in self.results for note in result.notes))
-
-    @property
-    def status(self) -> Literal["converged", "failed"]:
-        """``failed`` if any row failed."""
-        return "failed" if any(row.status == "failed" for row in self.rows) else "converged"
 
     @property
     def reason(self) -> str:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from efficiency.machine_settings.settings_result import SettingsResult
 from efficiency.optimisation.evaluation import Evaluation, settings_of
 from efficiency.optimisation.problem import SearchProblem
 from ehl.common.arrays import FloatArray, finite_or_none
-from ehl.common.pages import Reportable
+from ehl.common.pages import Reportable, StatusOfReason
 from ehl.uncertainty.result import Change, combined
 
 if TYPE_CHECKING:
@@ -95,7 +95,7 @@ def best_of(candidates: Sequence[Candidate], first: str) -> Candidate | None:
 
 
 @dataclass(frozen=True, repr=False)
-class Optimisation(Reportable):
+class Optimisation(StatusOfReason, Reportable):
     """Result of an optimisation; SI units."""
 
     presenter = "efficiency.optimisation.report:optimisation"
@@ -127,13 +127,8 @@ class Optimisation(Reportable):
         return best_of(self.candidates, self.problem.objectives[0])
 
     @property
-    def status(self) -> Literal["converged", "failed"]:
-        """``failed`` if no checked point is within the limits and better than the start."""
-        return "converged" if self.best is not None else "failed"
-
-    @property
     def reason(self) -> str:
-        """Reason of the failure; empty otherwise."""
+        """That no checked point is within the limits and better than the start; empty otherwise."""
         if self.best is not None:
             return ""
         return f"none of {len(self.evaluations) - 1} points is better within the limits"

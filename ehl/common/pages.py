@@ -9,7 +9,7 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from ehl.common.errors import InputError
 from ehl.common.figures import figure_of, interactive, own_style, printable, quiet_about_names, save_figure
@@ -33,6 +33,15 @@ if TYPE_CHECKING:
 _MAX_SHEET_WIDTH, _MAX_SHEET_NAME = 60, 31
 _ASIDE = re.compile(r"<metadata>.*?</metadata>\s*|<!--.*?-->\s*", re.DOTALL)
 _ID, _REFERENCE = re.compile(r' id="([^"]*)"'), re.compile(r'(?:url\(|href=")#([^)"]+)')
+
+
+class StatusOfReason:
+    """A result with the status of its `reason`."""
+
+    @property
+    def status(self: Any) -> Literal["converged", "failed"]:
+        """``failed`` if there is a reason."""
+        return "failed" if self.reason else "converged"
 
 
 class Reportable:
