@@ -41,7 +41,7 @@ from efficiency.ltca.mesh_grids import LoadedGrids as LoadedGrids
 from efficiency.ltca.mesh_grids import MeshGrids as MeshGrids
 from efficiency.ltca.mesh_grids import load_grids as load_grids
 from efficiency.ltca.tangent_load import TangentLoad
-from ehl.common.arrays import FloatArray, IntArray
+from ehl.common.arrays import FloatArray
 from ehl.common.data import data_path, reason_text
 from ehl.common.errors import ConvergenceError
 from ehl.common.quantities import quantity
@@ -396,8 +396,8 @@ def _values_on_lines(
     Linear interpolation along each contact line, constant beyond its last known point. A line without a known point
     (it carries a negligible load on one of the grids) has the mean of its position.
     """
-    lines, places = _lines(*known)
-    wanted_lines, wanted_places = _lines(*wanted)
+    lines, wanted_lines = (points.values(load.cycle, "line_number") for load, points in (known, wanted))
+    places, wanted_places = (points.values(load.cycle, "position") for load, points in (known, wanted))
     result = np.empty(wanted[1].force.size)
     for position in np.unique(wanted[1].position):
         here = known[1].position == position
@@ -416,14 +416,3 @@ def _values_on_lines(
             order = np.argsort(run)
             result[target] = np.interp(wanted_places[target] @ chord, run[order], values[source][order])
     return result
-
-
-def _lines(load: LoadDistribution, points: LoadedPoints) -> tuple[IntArray, FloatArray]:
-    """Number of the line (or edge) and position in the mesh frame of each loaded point."""
-    line = np.empty(points.force.size, np.int64)
-    place = np.empty((points.force.size, 3))
-    for number, position in enumerate(load.cycle):
-        at = points.position == number
-        line[at] = position.line_number[points.index[at]]
-        place[at] = position.position[points.index[at]]
-    return line, place

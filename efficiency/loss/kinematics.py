@@ -1,5 +1,6 @@
 """Local conditions of lubrication at the loaded contact points."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, Literal, Self, get_args
 
@@ -7,6 +8,7 @@ import numpy as np
 from pydantic import model_validator
 
 from efficiency.contact.assembly import Axis as Axis
+from efficiency.contact.contact_lines import MeshPosition
 from efficiency.ltca.load_distribution import LoadDistribution
 from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.errors import InputError
@@ -144,6 +146,10 @@ class LoadedPoints:
     speed_sliding: FloatArray  # length of the sliding vector [m/s]
     position: IntArray  # index of the position of each point
     index: IntArray  # index of the point in that position
+
+    def values(self, cycle: Sequence[MeshPosition], name: str) -> FloatArray:
+        """Values at the points of an array of the mesh positions."""
+        return np.concatenate([getattr(p, name)[self.index[self.position == k]] for k, p in enumerate(cycle)])
 
 
 def loaded_points(load: LoadDistribution, effective_modulus: float, operation: Operation) -> LoadedPoints:

@@ -68,7 +68,7 @@ def loss_by_region(result: EfficiencyResult) -> FloatArray:
     Returns: rows root, middle, tip; columns toe, middle, heel of the gear; their sum is 1; nan without loss.
     """
     points, outline = result.points, result.load.tooth_outline
-    face, height = (_at_points(result, name) for name in ("face_gear", "height_gear"))
+    face, height = (result.points.values(result.load.cycle, name) for name in ("face_gear", "height_gear"))
     width = float(outline[0].max() - outline[0].min())
     column = _third((face - outline[0].min()) / width)
     row = _third(height / local_height(outline, face))
@@ -96,16 +96,6 @@ def friction_along_mesh(result: EfficiencyResult) -> FloatArray:
     sliding, mu = position_losses(result.points, np.ones(result.points.force.size), count), np.full(count, np.nan)
     np.divide(result.cycle.power_loss, sliding, out=mu, where=sliding > 0.0)
     return mu
-
-
-def _at_points(result: EfficiencyResult, name: str) -> FloatArray:
-    """Values of an array of the mesh positions at the loaded points."""
-    points = result.points
-    found = np.empty(points.force.size)
-    for number, load in enumerate(result.load.positions):
-        at = points.position == number
-        found[at] = getattr(load.position, name)[points.index[at]]
-    return found
 
 
 def _third(share: FloatArray) -> NDArray[np.int64]:

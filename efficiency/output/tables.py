@@ -268,18 +268,11 @@ def position_table(result: EfficiencyResult) -> Table:
 def point_table(result: EfficiencyResult) -> Table:
     """One row per loaded point: position on the gear, local conditions, friction with its interval and flag, loss."""
     points, friction = result.points, result.friction
-    loads = result.load.positions
-
-    def of_position(name: str) -> np.ndarray[Any, np.dtype[Any]]:
-        return np.array(
-            [getattr(loads[k].position, name)[i] for k, i in zip(points.position, points.index, strict=True)]
-        )
-
     places = ("pair", "face_gear", "height_gear", "face_pinion", "height_pinion", "length")
     columns: dict[Any, Any] = {
         "position": points.position,
         "pinion_angle": result.cycle.pinion_angle[points.position],
-        **{name: of_position(name) for name in places},
+        **{name: points.values(result.load.cycle, name) for name in places},
         "force": points.force,
     }
     columns |= {f.name: getattr(points.state, f.name) for f in fields(ContactState)}
