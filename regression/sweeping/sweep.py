@@ -223,7 +223,8 @@ def sweep_shard(plan: Plan, folder: Path, shard: tuple[int, int] = (1, 1), **opt
     number, shards = shard
     if not 1 <= number <= shards:
         raise InputError("shard", f"{number}/{shards}", "i/n with 1 <= i <= n")
-    path = shard_path(folder, number, shards)
+    make_folder(folder, "run")
+    path = folder / f"shard-{number:04d}-of-{shards:04d}{JOURNAL}"
     return _compute_cases(path, plan, np.arange(number - 1, len(plan.points), shards), given)
 
 
@@ -291,15 +292,6 @@ def _joined(*rows: Mapping[str, CaseStatus]) -> dict[str, CaseStatus]:
     return joined
 
 
-def shard_path(folder: Path, number: int, shards: int) -> Path:
-    """The result file of a shard; its folder is created.
-
-    Raises `InputError`: the folder cannot be created.
-    """
-    make_folder(folder, "run")
-    return folder / f"shard-{number:04d}-of-{shards:04d}{JOURNAL}"
-
-
 def _failed_settings(status: str, reason: str, attempts: int) -> int:
     """Number of settings of a case on disk that failed and are not tried again."""
     return attempts if status == "failed" and reason not in (evaluators.TIME_CAP, evaluators.WORKER_CRASHED) else 0
@@ -315,28 +307,14 @@ def run_meta(plan: Plan, version: str) -> dict[str, str | int]:
         if not name.isascii() or len(name) > width or ", " in name:
             allowed = f"at most {width} letters, digits and signs of ASCII, no comma before a blank"
             raise InputError("lubricant.oil", name, allowed, "Run in the folder of the card and use its file name.")
+    bodies = [body.body().model_dump_json(exclude={"source"}) for body in (plan.solid_1, plan.solid_2)]
     return {
         "plan": plan.model_dump_json(),
         "plan_name": plan.name,
         "plan_hash": plan.plan_hash,
         "solver_version": version,
         "oil": ", ".join(plan.oils),
-        "oil_hash": oils_hash(plan.oils),
-        "bodies_hash": _bodies_hash(plan),
+        "oil_hash": cards_hash([card_hash(Oil.load(name)) for name in plan.oils]),
+        "bodies_hash": hashlib.sha256("\n".join(bodies).encode()).hexdigest(),
         "count": plan.count,
     }
-
-
-def _bodies_hash(plan: Plan) -> str:
-    properties = [body.body().model_dump_json(exclude={"source"}) for body in (plan.solid_1, plan.solid_2)]
-    return hashlib.sha256("\n".join(properties).encode()).hexdigest()
-
-
-def oil_hash(name: str) -> str:
-    """Hash of the properties on an oil card."""
-    return card_hash(Oil.load(name))
-
-
-def oils_hash(names: tuple[str, ...]) -> str:
-    """Hash of the properties on the oil cards of a plan; for a single card its own hash."""
-    return cards_hash([oil_hash(name) for name in names])

@@ -26,10 +26,10 @@ from regression.friction.data_cloud import CloudDistance
 from regression.friction.families import FAMILIES, SHORT
 from regression.friction.fitted import NETWORK, FittedFormula
 from regression.friction.models import FrictionFlag
-from regression.friction.oil_cards import hashes_of_cards
+from regression.friction.oil_cards import card_hash, hashes_of_cards
 from regression.plan.plan import Plan
 from regression.sweeping.evaluators import published_outputs
-from regression.sweeping.sweep import oil_hash, sweep_shard
+from regression.sweeping.sweep import sweep_shard
 
 PLAN = gear_plan("checks", {"size": 128, "corners": 16})
 
@@ -267,7 +267,9 @@ def test_band_table_is_that_of_plain_numpy(dataset: Dataset) -> None:
 
 def test_several_oils_are_all_recorded_and_all_known(two_oils: Dataset) -> None:
     formula = fit_formula(two_oils, "short")
-    assert {o.name: o.card_hash for o in formula.oils} == {name: oil_hash(name) for name in ("75w90", "fva3")}
+    assert {o.name: o.card_hash for o in formula.oils} == {
+        name: card_hash(Oil.load(name)) for name in ("75w90", "fva3")
+    }
     assert formula.validation.mape < 0.1
     flags = {name: int(formula.mu(state(), oil=name).flag) for name in ("fva3", "75w90", "pao100")}
     assert flags["fva3"] == flags["75w90"] == FrictionFlag.OK
