@@ -187,17 +187,9 @@ def _map(flank: FlankFit) -> Table:
 # largest undercut fraction of the points of a flank, or of the working depth of the gear, in a usable pair (this work)
 UNDERCUT_LIMIT = 0.05
 
-Flaw = Literal["pointed", "undercut"]
-
-
-@dataclass(frozen=True)
-class ToothFinding:
-    """A defect of a cut tooth."""
-
-    # ``"pointed"``: the flanks intersect below the tip; ``"undercut"``: the cutter removed part of the working flank;
-    # None: acceptable
-    flaw: Flaw | None
-    text: str  # place, amount and remedy
+ToothFinding = tuple[Literal["pointed", "undercut"] | None, str]
+"""Defect of a cut tooth: pointed (the flanks intersect below the tip), undercut (the cutter removed part of the working
+flank), or None if acceptable; place, amount and remedy."""
 
 
 def tip_findings(flanks: GearFlanks, module_normal: float) -> list[ToothFinding]:
@@ -206,17 +198,17 @@ def tip_findings(flanks: GearFlanks, module_normal: float) -> list[ToothFinding]
     flanks: the four flanks.
     module_normal: mean normal module [m].
     """
-    findings = []
+    findings: list[ToothFinding] = []
     for member in MEMBERS:
         shape = tooth_shape(flanks, member)
         thinnest = int(np.argmin(shape.thickness_tip))
         tip, place = float(shape.thickness_tip[thinnest]) * 1e3, float(shape.face[thinnest]) * 1e3
         what = f"{member}: the cut tooth is {tip:.2f} mm thick at its tip, {place:.3g} mm from the toe"
         if tip <= 0.0:
-            findings.append(ToothFinding("pointed", f"{what}: its flanks intersect; {TIP_REMEDIES[member]}"))
+            findings.append(("pointed", f"{what}: its flanks intersect; {TIP_REMEDIES[member]}"))
         elif tip < TOP_LAND * module_normal * 1e3:
             limit = f"below {TOP_LAND:g} mean normal modules ({TOP_LAND * module_normal * 1e3:.2f} mm)"
-            findings.append(ToothFinding(None, f"{what}, {limit}: a hardened tip breaks; {TIP_REMEDIES[member]}"))
+            findings.append((None, f"{what}, {limit}: a hardened tip breaks; {TIP_REMEDIES[member]}"))
     return findings
 
 
@@ -226,15 +218,15 @@ def undercut_findings(fits: tuple[FlankFit, ...], gear_lowest: float) -> list[To
     fits: both pinion flanks.
     gear_lowest: fraction of the working depth of the gear above which its flanks cover the face width.
     """
-    findings = []
+    findings: list[ToothFinding] = []
     if gear_lowest > 0.03:
         text = f"gear: undercut below {gear_lowest:.2g} of its working depth, where no contact was required; "
         text += "raise depth.gear_addendum_factor or the pressure angle"
-        findings.append(ToothFinding("undercut" if gear_lowest > UNDERCUT_LIMIT else None, text))
+        findings.append(("undercut" if gear_lowest > UNDERCUT_LIMIT else None, text))
     for fit in fits:
         if fit.undercut:
             count, total, where = len(fit.undercut), fit.grid.u.size, fit.undercut[0].place
             text = f"{fit.side}: {count} of {total} points undercut ({where}); raise the pressure angle, reduce "
             text += "depth.depth_factor or depth.gear_addendum_factor"
-            findings.append(ToothFinding("undercut" if count > UNDERCUT_LIMIT * total else None, text))
+            findings.append(("undercut" if count > UNDERCUT_LIMIT * total else None, text))
     return findings

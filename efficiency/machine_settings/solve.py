@@ -1,7 +1,6 @@
 """Machine settings from targets: blank, gear settings, conjugate start, fit, design file."""
 
 import tomllib
-from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from time import perf_counter
@@ -88,9 +87,7 @@ def machine_settings(inputs: SettingsInput | Path | str, transmission: bool = Tr
     began = perf_counter()
     if isinstance(inputs, Path | str):
         inputs = load_targets(inputs)
-    start = _start(inputs.blank, inputs.cutting)
-    pair, gear, grid, starts = start.pair, start.gear, start.grid, start.starts
-
+    pair, gear, grid, starts = _start(inputs.blank, inputs.cutting)
     scale = dict.fromkeys(FLANK_SIDES, 1.0)
     for _ in range(5):
         if inputs.cutting.pinion == "conjugate":
@@ -118,10 +115,10 @@ def machine_settings(inputs: SettingsInput | Path | str, transmission: bool = Tr
     }
     findings = tip_findings(design.flanks(), pair.blank.module_normal)
     findings += undercut_findings(tuple(reports.values()), grid.lowest)
-    warnings = (*(finding.text for finding in findings), *_warnings(pair.blank, reports, transmission))
+    warnings = (*(text for _, text in findings), *_warnings(pair.blank, reports, transmission))
     if inputs.cutting.pinion == "conjugate":
         warnings = ("pinion: flanks defined as conjugate plus ease-off, without machine settings", *warnings)
-    flaws = {finding.flaw for finding in findings}
+    flaws = {flaw for flaw, _ in findings}
     short = any(report.fitted.rms > RESIDUAL_LIMIT for report in reports.values())
     status = next((flaw for flaw in ("pointed", "undercut") if flaw in flaws), "residual" if short else "converged")
     return SettingsResult(
@@ -136,22 +133,15 @@ def machine_settings(inputs: SettingsInput | Path | str, transmission: bool = Tr
     )
 
 
-@dataclass(frozen=True)
-class _Start:
-    """Data that do not depend on the ease-off: blanks, cut gear, conjugate pinion."""
-
-    pair: PairDimensions
-    gear: GearCut
-    grid: FitGrid
-    starts: dict[FlankSide, ConjugateFlankStart]
-
-
 @lru_cache(maxsize=4)
-def _start(blank_input: PairBlankInput, cutting: Cutting) -> _Start:
+def _start(
+    blank_input: PairBlankInput, cutting: Cutting
+) -> tuple[PairDimensions, GearCut, FitGrid, dict[FlankSide, ConjugateFlankStart]]:
+    """Data that do not depend on the ease-off: blanks, cut gear, conjugate pinion."""
     pair = pair_dimensions(pair_blank(blank_input.model_copy(update={"gear_cutting": cutting.gear})))
     gear = cut_gear(pair, cutting.gear_eccentricity)
     grid = grid_on_gear(pair, gear)
-    return _Start(pair, gear, grid, {side: conjugate_start(pair, gear, side, grid) for side in FLANK_SIDES})
+    return pair, gear, grid, {side: conjugate_start(pair, gear, side, grid) for side in FLANK_SIDES}
 
 
 def _fit(inputs: SettingsInput, scale: dict[FlankSide, float]) -> list[FitResult]:
@@ -172,18 +162,18 @@ _NO_LOAD: dict[str, object] = {"name": "", "source": "", "pinion": MemberTargets
 @lru_cache(maxsize=8)
 def _fit_flanks(inputs: SettingsInput, wanted: tuple[tuple[FlankSide, FlankTarget, float], ...]) -> FitResult:
     """Settings of flanks with common settings; `wanted`: flank, its target, and the factor on its ease-off."""
-    start = _start(inputs.blank, inputs.cutting)
-    pair, grid, free = start.pair, start.grid, free_settings(inputs)
+    pair, gear, grid, starts = _start(inputs.blank, inputs.cutting)
+    free = free_settings(inputs)
     # one setting without blade phase has one rotation of the work: the backlash follows from the point radii
     thinning = backlash_angle(pair) if free.common and not pair.process.blade_phase else 0.0
 
     def attempt(weight: float, settings: FreeSettings) -> FitResult:
         flanks = [
-            target_flank(pair, start.starts[side], scale * target_relief(target, grid.x, grid.y), weight, thinning)
+            target_flank(pair, starts[side], scale * target_relief(target, grid.x, grid.y), weight, thinning)
             for side, target, scale in wanted
         ]
         if inputs.cutting.machine == "cradle":
-            return fit_on_cradle(pair, flanks, start.gear.screw, settings, inputs.cutting.tilt_limit)
+            return fit_on_cradle(pair, flanks, gear.screw, settings, inputs.cutting.tilt_limit)
         return fit(flanks, settings.common, settings.own)
 
     # if the plain settings are insufficient: more motions, then a larger root error
