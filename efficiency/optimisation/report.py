@@ -244,31 +244,17 @@ def front_table(result: Optimisation) -> Table:
 def candidates_table(result: Optimisation) -> Table:
     """Start and checked points on the full mesh in all states, one column each."""
     names, variables = result.problem.figures, [v.name for v in result.problem.variables]
-    rows: list[tuple[object, ...]] = []
-    if result.candidates:
-        first = result.candidates[0]
-        own = result.problem.start_values
-        rows.append(
-            (
-                f"{result.name} (start)",
-                0.0,
-                *(math.nan,) * 4,
-                *(first.start.figures[name] for name in names),
-                *(own[name] for name in variables),
-                "",
-            )
-        )
-    rows += [
-        (
-            c.name,
-            c.change("power_loss"),
-            *c.gain_interval,
-            *c.solved_gain,
-            *(c.exact.figures.get(name, math.nan) for name in names),
-            *(c.point.variables[name] for name in variables),
-            c.verdict,
-        )
+    unknown = math.nan, math.nan
+    checked = [
+        (f"{result.name} (start)", 0.0, unknown, unknown, c.start.figures, result.problem.start_values, "")
+        for c in result.candidates[:1]
+    ] + [
+        (c.name, c.change("power_loss"), c.gain_interval, c.solved_gain, c.exact.figures, c.point.variables, c.verdict)
         for c in result.candidates
+    ]
+    rows = [
+        (name, loss, *gain, *solved, *(got.get(n, math.nan) for n in names), *(at[n] for n in variables), verdict)
+        for name, loss, gain, solved, got, at, verdict in checked
     ]
     heads = ("loss_change", "gain_lower", "gain_upper", "solved_gain", "solved_gain_error")
     columns = [*map(Column, ("design", *heads, *names)), *map(_variable, variables), Column("verdict")]
