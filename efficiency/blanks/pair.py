@@ -28,6 +28,10 @@ from efficiency.cutting.process import PROCESSES
 from ehl.common.errors import InputError
 from ehl.common.threads import one_thread
 
+# fields of the blank that are those of the input
+_OF_INPUT = ("name", "method", "process", "shaft_angle", "hypoid_offset", "cutter_radius", "blade_groups")
+_ANGLES = ("face_angle", "root_angle", "addendum_angle", "dedendum_angle")
+
 
 @dataclass(frozen=True)
 class _Parts:
@@ -145,17 +149,11 @@ def pair_blank(inputs: PairBlankInput | Path | str) -> PairBlank:
         undercut = tuple(point for point in undercut if point.member == "pinion")
     touching = tangency.tangent_cones(inputs, cones.pitch_angle_2, cones.mean_diameter_2, cones.spiral_2)
     pair = PairBlank(
-        name=inputs.name,
-        method=inputs.method,
-        process=inputs.process,
+        **{name: getattr(inputs, name) for name in _OF_INPUT},
         gear_cutting=inputs.gear_generation.name,
         pinion=pinion,
         gear=gear,
         ratio=inputs.teeth_gear / inputs.teeth_pinion,
-        shaft_angle=inputs.shaft_angle,
-        hypoid_offset=inputs.hypoid_offset,
-        cutter_radius=inputs.cutter_radius,
-        blade_groups=inputs.blade_groups,
         module_normal=module,
         module_outer=module_outer,
         offset_angle=place.zeta_m,
@@ -266,54 +264,44 @@ def _spiral_angles(
 def _member(inputs: PairBlankInput, parts: _Parts, i: int) -> MemberBlank:
     """Dimensions of the pinion (0) or the gear (1), Formulae (195) to (200), (216) to (225)."""
     cones, faces, thick, lands = parts.cones, parts.faces, parts.thick, parts.lands
-    delta = (cones.pitch_angle_1, cones.pitch_angle_2)[i]
-    mean = (cones.cone_distance_1, cones.cone_distance_2)[i]
-    inner, outer = parts.ends[i]
-    addendum, dedendum, point = parts.addendums[i], parts.dedendums[i], parts.place.crossing_to_point[i]
-    rise, fall = tan(parts.angles.addendum_angle[i]), tan(parts.angles.dedendum_angle[i])
-    add = addendum - faces.inside[i] * rise, addendum + faces.outside[i] * rise
-    ded = dedendum - faces.inside[i] * fall, dedendum + faces.outside[i] * fall
-    crown = point + faces.outside[i] * cos(delta) - add[1] * sin(delta)
+    delta, point = (cones.pitch_angle_1, cones.pitch_angle_2)[i], parts.place.crossing_to_point[i]
+    at_places: dict[str, float] = {}
+    crowns: list[float] = []
+    for place, along, cone, spiral in (
+        ("outer", faces.outside[i], parts.ends[i][1], parts.spirals[i][1]),
+        ("mean", 0.0, (cones.cone_distance_1, cones.cone_distance_2)[i], (cones.spiral_1, cones.spiral_2)[i]),
+        ("inner", -faces.inside[i], parts.ends[i][0], parts.spirals[i][0]),
+    ):
+        addendum = parts.addendums[i] + along * tan(parts.angles.addendum_angle[i])
+        dedendum = parts.dedendums[i] + along * tan(parts.angles.dedendum_angle[i])
+        crowns.append(point + along * cos(delta) - addendum * sin(delta))
+        at_places |= {
+            f"{place}_cone_distance": cone,
+            f"{place}_diameter": 2.0 * cone * sin(delta),
+            f"{place}_addendum": addendum,
+            f"{place}_dedendum": dedendum,
+            f"{place}_whole_depth": addendum + dedendum,
+            f"{place}_spiral_angle": spiral,
+        }
+        if place != "mean":
+            at_places[f"{place}_tip_diameter"] = 2.0 * (cone * sin(delta) + addendum * cos(delta))
+            at_places[f"{place}_root_diameter"] = 2.0 * (cone * sin(delta) - dedendum * cos(delta))
     name = ("pinion", "gear")[i]
     mounted: float | None = getattr(inputs, f"mounting_distance_{name}")
-    if mounted is not None and mounted <= crown:
+    if mounted is not None and mounted <= crowns[0]:
         where = f"mounting_distance_{name}"
-        allowed = f"above {1e3 * crown:.5g} mm, the distance of the outer tip circle from the crossing point"
+        allowed = f"above {1e3 * crowns[0]:.5g} mm, the distance of the outer tip circle from the crossing point"
         raise InputError(where, f"{1e3 * mounted:.6g} mm", allowed, "The locating face is behind the teeth.")
     other: Hand = "right" if inputs.hand_pinion == "left" else "left"
     return MemberBlank(
         teeth=(inputs.teeth_pinion, inputs.teeth_gear)[i],
         hand=(inputs.hand_pinion, inputs.hand_gear or other)[i],
         pitch_angle=delta,
-        face_angle=parts.angles.face_angle[i],
-        root_angle=parts.angles.root_angle[i],
-        addendum_angle=parts.angles.addendum_angle[i],
-        dedendum_angle=parts.angles.dedendum_angle[i],
-        outer_cone_distance=outer,
-        mean_cone_distance=mean,
-        inner_cone_distance=inner,
+        **{name: getattr(parts.angles, name)[i] for name in _ANGLES},
+        **at_places,
         face_width=faces.outside[i] + faces.inside[i],
         face_width_outside=faces.outside[i],
         face_width_inside=faces.inside[i],
-        outer_diameter=2.0 * outer * sin(delta),
-        mean_diameter=2.0 * mean * sin(delta),
-        inner_diameter=2.0 * inner * sin(delta),
-        outer_tip_diameter=2.0 * (outer * sin(delta) + add[1] * cos(delta)),
-        inner_tip_diameter=2.0 * (inner * sin(delta) + add[0] * cos(delta)),
-        outer_root_diameter=2.0 * (outer * sin(delta) - ded[1] * cos(delta)),
-        inner_root_diameter=2.0 * (inner * sin(delta) - ded[0] * cos(delta)),
-        outer_addendum=add[1],
-        mean_addendum=addendum,
-        inner_addendum=add[0],
-        outer_dedendum=ded[1],
-        mean_dedendum=dedendum,
-        inner_dedendum=ded[0],
-        outer_whole_depth=add[1] + ded[1],
-        mean_whole_depth=addendum + dedendum,
-        inner_whole_depth=add[0] + ded[0],
-        outer_spiral_angle=parts.spirals[i][1],
-        mean_spiral_angle=(cones.spiral_1, cones.spiral_2)[i],
-        inner_spiral_angle=parts.spirals[i][0],
         thickness_coefficient=thick.coefficient[i],
         mean_normal_thickness=thick.normal[i],
         mean_transverse_thickness=thick.transverse[i],
@@ -324,8 +312,8 @@ def _member(inputs: PairBlankInput, parts: _Parts, i: int) -> MemberBlank:
         pitch_apex_beyond_crossing=parts.place.pitch_apex[i],
         face_apex_beyond_crossing=parts.angles.face_apex[i],
         root_apex_beyond_crossing=parts.angles.root_apex[i],
-        crossing_to_crown=crown,
-        crossing_to_front_crown=point - faces.inside[i] * cos(delta) - add[0] * sin(delta),
+        crossing_to_crown=crowns[0],
+        crossing_to_front_crown=crowns[2],
         slot_width=lands.slot[i],
         normal_thickness=lands.thickness[i],
         top_land=lands.land[i],
