@@ -11,7 +11,7 @@ available: this is not a certified calculation. Life factors of case-hardened st
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -173,48 +173,26 @@ def rate_flank(pair: PairBlank | RatedPair, inputs: RatingInput, side: Side) -> 
         cycles = load_cycles(pair.ratio, inputs.speed, inputs.life)
         contact_limit = contact_limit * life_factors(PITTING_LIFE, cycles)
         root_limit = root_limit * life_factors(ROOT_LIFE, cycles)
-    return FlankRating(
-        force_tangential=now.tangential,
-        force_normal=now.normal,
-        dynamic_factor=now.dynamic,
-        face_load_factor=flank.face_load,
-        transverse_load_factor=now.transverse,
-        face_load_factor_root=flank.face_load / flank.curvature_factor,
-        contact_line=flank.lines[1],
-        mid_zone_factor=flank.mid_zone,
-        load_sharing_factor=flank.sharing,
-        elasticity_factor=flank.elasticity,
-        hypoid_factor=flank.hypoid,
-        film_factors=flank.film,
-        contact_stress_nominal=now.contact_nominal,
-        contact_stress=now.contact,
-        contact_stress_permissible=as_pair(contact_limit),
-        safety_pitting=as_pair(contact_limit / now.contact),
-        contact_ratio_factor=flank.contact_ratio_factor,
-        spiral_angle_factor=flank.spiral_angle_factor,
-        form_factor=as_pair(flank.form[:, 0]),
-        notch=as_pair(flank.form[:, 1]),
-        stress_correction=as_pair(flank.form[:, 2]),
-        root_stress_nominal=as_pair(now.root_nominal),
-        root_stress=as_pair(now.root),
-        root_stress_permissible=as_pair(root_limit),
-        safety_root=as_pair(root_limit / now.root),
-        spectrum=flank.spectrum(),
-    )
+    found = vars(flank) | vars(now)
+    found |= {"contact_stress_permissible": contact_limit, "safety_pitting": contact_limit / now.contact_stress}
+    found |= {"root_stress_permissible": root_limit, "safety_root": root_limit / now.root_stress}
+    found["spectrum"] = flank.spectrum()
+    own = {f.name: found[f.name] for f in fields(FlankRating)}
+    return FlankRating(**{name: as_pair(v) if isinstance(v, np.ndarray) else v for name, v in own.items()})
 
 
 @dataclass(frozen=True)
 class _Loaded:
-    """Forces [N], factors and stresses [Pa] of one torque."""
+    """Forces [N], factors and stresses [Pa] of one torque, named as in `FlankRating`."""
 
-    tangential: float
-    normal: float
-    dynamic: float
-    transverse: float
-    contact_nominal: float
-    contact: float
-    root_nominal: FloatArray
-    root: FloatArray
+    force_tangential: float
+    force_normal: float
+    dynamic_factor: float
+    transverse_load_factor: float
+    contact_stress_nominal: float
+    contact_stress: float
+    root_stress_nominal: FloatArray
+    root_stress: FloatArray
 
 
 class _Flank:
@@ -227,28 +205,28 @@ class _Flank:
         self.alpha_n = pair.pressure_angle_drive if drive else pair.pressure_angle_coast
         self.alpha_e = pair.effective_pressure_angle_drive if drive else pair.effective_pressure_angle_coast
         mounting = _MOUNTING[inputs.pattern_verified][CANTILEVERED.index(inputs.cantilevered)]
-        self.face_load = 1.5 * mounting  # (28)
+        self.face_load_factor = 1.5 * mounting  # (28)
         self.curvature_factor = curvature_factor(pair)
-        self.lines = self._contact_lines()
-        self.mid_zone = self._mid_zone_factor()
-        self.elasticity = math.sqrt(_STEEL[0] / (2.0 * math.pi * (1.0 - _STEEL[1] ** 2)))  # (51)
-        self.hypoid = hypoid_factor(
+        self.face_load_factor_root = self.face_load_factor / self.curvature_factor
+        self.contact_line = self._contact_line()
+        self.mid_zone_factor = self._mid_zone_factor()
+        self.elasticity_factor = math.sqrt(_STEEL[0] / (2.0 * math.pi * (1.0 - _STEEL[1] ** 2)))  # (51)
+        self.hypoid_factor = hypoid_factor(
             pair.pinion.mean_spiral_angle, pair.gear.mean_spiral_angle, self.alpha_n, self.alpha_e
         )
         speed = 0.5 * inputs.speed / pair.ratio * pair.gear.mean_diameter
-        self.film = (
+        self.film_factors = (
             lubricant_factor(inputs.contact_endurance, inputs.viscosity_kinematic_40)
             * speed_factor(inputs.contact_endurance, speed)
             * roughness_factor(inputs.contact_endurance, inputs.flank_rz, self.virtual.relative_radius)
         )
-        self.contact_limit = inputs.contact_endurance * self.film * BEVEL_FACTOR * self.hypoid
+        self.contact_limit = inputs.contact_endurance * self.film_factors * BEVEL_FACTOR * self.hypoid_factor
         self.contact_ratio_factor, self.spiral_angle_factor = self._root_factors()
         edges = inputs.edge_radius_pinion, inputs.edge_radius_gear
-        self.form = np.array([self._form(i, edge) for i, edge in enumerate(edges)])
+        form = np.array([self._form(i, edge) for i, edge in enumerate(edges)])
+        self.form_factor, self.notch, self.stress_correction = form.T
         allowed = inputs.bending_endurance * STRESS_CORRECTION * surface_factor(inputs.root_rz)
-        self.root_limit = (
-            allowed * size_factor(pair.module_normal) * np.array([notch_factor(q) for q in self.form[:, 1]])
-        )
+        self.root_limit = allowed * size_factor(pair.module_normal) * np.array([notch_factor(q) for q in self.notch])
 
     def at(self, torque: float, speed: float) -> _Loaded:
         """Stresses at a pinion torque [N m] and speed [rad/s]."""
@@ -259,15 +237,15 @@ class _Flank:
         width = virtual.effective_face_width
         soft = min(1.0, force * inputs.application_factor / width / _AVERAGE_LOAD)
         dynamic = inputs.dynamic_factor or self._dynamic_factor(force, speed, soft)
-        transverse = self._transverse_factor(force * inputs.application_factor * dynamic * self.face_load, soft)
+        transverse = self._transverse_factor(force * inputs.application_factor * dynamic * self.face_load_factor, soft)
         factors = inputs.application_factor * dynamic * transverse
-        nominal = math.sqrt(normal / (self.lines[1] * virtual.relative_radius)) * self.mid_zone * self.sharing
-        nominal *= self.elasticity
+        nominal = math.sqrt(normal / (self.contact_line * virtual.relative_radius))
+        nominal = nominal * self.mid_zone_factor * self.load_sharing_factor * self.elasticity_factor
         level = force / (virtual.face_width * pair.module_normal)
-        shared = self.contact_ratio_factor * self.spiral_angle_factor * self.sharing**2
-        root = level * shared * self.form[:, 0] * self.form[:, 2]
-        contact = nominal * math.sqrt(factors * self.face_load)
-        bent = root * factors * self.face_load / self.curvature_factor
+        shared = self.contact_ratio_factor * self.spiral_angle_factor * self.load_sharing_factor**2
+        root = level * shared * self.form_factor * self.stress_correction
+        contact = nominal * math.sqrt(factors * self.face_load_factor)
+        bent = root * factors * self.face_load_factor / self.curvature_factor
         return _Loaded(force, normal, dynamic, transverse, nominal, contact, root, bent)
 
     def spectrum(self) -> SpectrumRating | None:
@@ -275,7 +253,8 @@ class _Flank:
         pair, steps = self.pair, []
         for load in self.inputs.loads:
             now, cycles = self.at(load.torque, load.speed), load_cycles(pair.ratio, load.speed, load.hours)
-            steps.append((now.contact / self.contact_limit * np.ones(2), now.root / self.root_limit, cycles))
+            contact = now.contact_stress / self.contact_limit * np.ones(2)
+            steps.append((contact, now.root_stress / self.root_limit, cycles))
         return spectrum_rating((PITTING_LIFE, ROOT_LIFE), steps)
 
     def _dynamic_factor(self, force: float, speed: float, soft: float) -> float:
@@ -317,8 +296,8 @@ class _Flank:
         offset = min(2.0 * abs(self.pair.hypoid_offset) / self.pair.gear.mean_diameter, 0.1)
         return max(found - (found - 1.0) * offset / 0.1, 1.0)
 
-    def _contact_lines(self) -> tuple[float, float, float]:
-        """Contact lines near the tip, in the middle and near the root (A.26 to A.36); sets Z_LS (7 to 10).
+    def _contact_line(self) -> float:
+        """Contact line in the middle, from those at tip, middle and root (A.26 to A.36); sets Z_LS (7 to 10).
 
         Lines end at the edges of the zone of action, 0 <= x <= b_v,eff; C_lb is the product of two roots. Both
         are undefined in the public source and confirmed by the three samples of the report.
@@ -344,8 +323,8 @@ class _Flank:
             lines.append((upper - lower) / cos_lean * (1.0 - math.sqrt(1.0 - part) * narrow))
         power = 1.5 if self.inputs.profile_crowning == "low" else 0.75
         areas = [(1.0 - part**power) * line for part, line in zip(squares, lines, strict=True)]
-        self.sharing = math.sqrt(areas[1] / sum(areas))
-        return lines[0], lines[1], lines[2]
+        self.load_sharing_factor = math.sqrt(areas[1] / sum(areas))
+        return lines[1]
 
     def _mid_zone_factor(self) -> float:
         """Z_M-B (6)."""
@@ -368,7 +347,7 @@ class _Flank:
         if virtual.helix_angle < 1e-9:
             return contact, 1.0
         tooth = virtual.face_width / math.cos(virtual.helix_angle)
-        covered = self.lines[1] * math.cos(virtual.base_helix_angle) / math.cos(virtual.helix_angle)
+        covered = self.contact_line * math.cos(virtual.base_helix_angle) / math.cos(virtual.helix_angle)
         x = 2.0 * tooth / (pair.pinion.mean_whole_depth + pair.gear.mean_whole_depth)
         a, b = -0.0182 * x * x + 0.4736 * x - 0.32, -0.0032 * x * x + 0.0526 * x + 0.712
         c = -0.0050 * x * x + 0.0850 * x + 0.54
