@@ -21,7 +21,7 @@ from efficiency.blanks.method_2 import method_2
 from efficiency.blanks.method_3 import method_3
 from efficiency.blanks.pair_blank import MemberBlank, PairBlank
 from efficiency.blanks.rating import SIDES
-from efficiency.blanks.slots import SlotGeometry, SlotsAndLands, slots_and_lands
+from efficiency.blanks.slots import SlotGeometry, Three, slots_and_lands
 from efficiency.blanks.virtual_gears import virtual_gears
 from efficiency.cutting.blank import Hand
 from efficiency.cutting.process import PROCESSES
@@ -45,7 +45,7 @@ class _Parts:
     faces: dimensions.FaceWidths
     spirals: tuple[tuple[float, float], tuple[float, float]]
     thick: dimensions.Thickness
-    lands: SlotsAndLands
+    lands: list[dict[str, Three]]
     ends: tuple[tuple[float, float], tuple[float, float]]
 
 
@@ -263,7 +263,7 @@ def _spiral_angles(
 
 def _member(inputs: PairBlankInput, parts: _Parts, i: int) -> MemberBlank:
     """Dimensions of the pinion (0) or the gear (1), Formulae (195) to (200), (216) to (225)."""
-    cones, faces, thick, lands = parts.cones, parts.faces, parts.thick, parts.lands
+    cones, faces, thick = parts.cones, parts.faces, parts.thick
     delta, point = (cones.pitch_angle_1, cones.pitch_angle_2)[i], parts.place.crossing_to_point[i]
     at_places: dict[str, float] = {}
     crowns: list[float] = []
@@ -314,9 +314,7 @@ def _member(inputs: PairBlankInput, parts: _Parts, i: int) -> MemberBlank:
         root_apex_beyond_crossing=parts.angles.root_apex[i],
         crossing_to_crown=crowns[0],
         crossing_to_front_crown=crowns[2],
-        slot_width=lands.slot[i],
-        normal_thickness=lands.thickness[i],
-        top_land=lands.land[i],
+        **parts.lands[i],
         mounting_distance=mounted,
     )
 

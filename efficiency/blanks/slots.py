@@ -19,19 +19,7 @@ from efficiency.blanks.lengthwise import Trace
 from efficiency.blanks.tangency import PitchCones
 
 Three = tuple[float, float, float]
-
-
-@dataclass(frozen=True)
-class SlotsAndLands:
-    """Slot width at the root, tooth thickness at the pitch cone and top land, all normal [m].
-
-    Of pinion and gear, each at toe, mean point and heel. A top land of 0 denotes a tooth pointed below its face
-    cone.
-    """
-
-    slot: tuple[Three, Three]
-    thickness: tuple[Three, Three]
-    land: tuple[Three, Three]
+LANDS = ("slot_width", "normal_thickness", "top_land")
 
 
 @dataclass(frozen=True)
@@ -160,23 +148,21 @@ class SlotGeometry:
         return cone_2 * tan(self.cones.pitch_angle_2) / cos(self.trace.spiral(cone_2)) ** 2
 
 
-def slots_and_lands(geometry: SlotGeometry) -> SlotsAndLands:
-    """Slot widths, thicknesses and top lands at toe, mean point and heel of both members."""
-    cones = geometry.cones
-    places_1 = (geometry.ends[0][0], cones.cone_distance_1, geometry.ends[0][1])
-    places_2 = (geometry.ends[1][0], cones.cone_distance_2, geometry.ends[1][1])
-    return SlotsAndLands(
-        slot=(
-            _three(lambda cone: geometry.slot_pinion(geometry.gear_cone(cone)), places_1),
-            _three(geometry.slot_gear, places_2),
-        ),
-        thickness=(_three(geometry.tooth_pinion, places_1), _three(geometry.tooth_gear, places_2)),
-        land=(_three(geometry.land_pinion, places_1), _three(geometry.land_gear, places_2)),
+def slots_and_lands(geometry: SlotGeometry) -> list[dict[str, Three]]:
+    """Slot width at the root, tooth thickness at the pitch cone and top land, all normal [m], of pinion and gear.
+
+    Each at toe, mean point and heel. A top land of 0 denotes a tooth pointed below its face cone.
+    """
+    g = geometry
+    functions: tuple[tuple[Callable[[float], float], ...], ...] = (
+        (lambda cone: g.slot_pinion(g.gear_cone(cone)), g.tooth_pinion, g.land_pinion),
+        (g.slot_gear, g.tooth_gear, g.land_gear),
     )
-
-
-def _three(function: Callable[[float], float], places: Three) -> Three:
-    return function(places[0]), function(places[1]), function(places[2])
+    means = g.cones.cone_distance_1, g.cones.cone_distance_2
+    return [
+        {name: (f(toe), f(mean), f(heel)) for name, f in zip(LANDS, of_member, strict=True)}
+        for of_member, mean, (toe, heel) in zip(functions, means, g.ends, strict=True)
+    ]
 
 
 def _involute(angle: float) -> float:

@@ -308,14 +308,14 @@ def slot_geometry(printed: dict[str, Any]) -> SlotGeometry:
 @pytest.mark.parametrize("annex", ["agma929_d", "agma929_e"])
 def test_slots_thicknesses_and_top_lands_of_formate_gears(annex: str) -> None:
     printed = REFERENCE[annex]["results"]
-    found = slots_and_lands(slot_geometry(REFERENCE[annex]))
+    pinion, gear = slots_and_lands(slot_geometry(REFERENCE[annex]))
     for symbol, values in (
-        ("W_1", found.slot[0]),
-        ("W_2", found.slot[1]),
-        ("s_n1", found.thickness[0]),
-        ("s_n2", found.thickness[1]),
-        ("s_an1", found.land[0]),
-        ("s_an2", found.land[1]),
+        ("W_1", pinion["slot_width"]),
+        ("W_2", gear["slot_width"]),
+        ("s_n1", pinion["normal_thickness"]),
+        ("s_n2", gear["normal_thickness"]),
+        ("s_an1", pinion["top_land"]),
+        ("s_an2", gear["top_land"]),
     ):
         for place, ours_, text in zip(("toe", "mean", "heel"), values, printed[symbol], strict=True):
             if (annex, symbol, place) == ("agma929_d", "W_2", "mean"):
