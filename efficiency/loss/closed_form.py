@@ -133,42 +133,31 @@ def coleman_type(pair: PitchGeometry, friction_coefficient: float = 0.05, driver
 def buckingham_type(pair: PitchGeometry, friction_coefficient: float = 0.05, driver: Driver = "pinion") -> float:
     """Mesh efficiency as worm-type loss plus bevel loss, "Buckingham-type, this work" [-].
 
-    The first term is `lengthwise_sliding` with friction in the equilibrium; from it ``mu k/(2 cos a_n)`` is subtracted,
+    The first term is `lengthwise_sliding`; from it ``mu k/(2 cos a_n)`` is subtracted,
     the profile sliding of the spiral bevel pair.
 
     pair: pitch-point data of the pair.
     friction_coefficient: constant friction coefficient.
     driver: driving member.
     """
-    worm = lengthwise_sliding(pair, friction_coefficient, friction_in_equilibrium=True, driver=driver)
+    worm = lengthwise_sliding(pair, friction_coefficient, driver)
     return worm - friction_coefficient * pair.profile_measure / (2.0 * math.cos(pair.pressure_angle))
 
 
-def lengthwise_sliding(
-    pair: PitchGeometry,
-    friction_coefficient: float = 0.05,
-    *,
-    friction_in_equilibrium: bool = False,
-    driver: Driver = "pinion",
-) -> float:
+def lengthwise_sliding(pair: PitchGeometry, friction_coefficient: float = 0.05, driver: Driver = "pinion") -> float:
     """Mesh efficiency with lengthwise sliding only, exact at the pitch point [-].
 
-    With loads from frictionless equilibrium ``1 - mu |tan b1 - tan b2|/cos a_n``: the limit of the mesh model for teeth
-    of vanishing height. With friction in the equilibrium ``(cos a_n + m tan b2)/(cos a_n + m tan b1)``, where m is mu
-    with the sign of tan b1 - tan b2; if the gear drives, the friction force is reversed. Profile sliding is neglected,
-    so there is no loss without offset.
+    With friction in the equilibrium ``(cos a_n + m tan b2)/(cos a_n + m tan b1)``, where m is mu with the sign of
+    tan b1 - tan b2; if the gear drives, the friction force is reversed. Profile sliding is neglected, so there is no
+    loss without offset.
 
     pair: pitch-point data of the pair.
     friction_coefficient: constant friction coefficient.
-    friction_in_equilibrium: whether the friction force contributes to the torque balance.
     driver: driving member.
     """
     _check_friction(friction_coefficient)
     cos_n = math.cos(pair.pressure_angle)
     tan_1, tan_2 = math.tan(pair.spiral_angle_pinion), math.tan(pair.spiral_angle_gear)
-    if not friction_in_equilibrium:
-        loss = friction_coefficient * pair.lengthwise_measure / cos_n
-        return 1.0 - loss if driver == "pinion" else 1.0 / (1.0 + loss)
     signed = math.copysign(friction_coefficient, tan_1 - tan_2)
     if driver == "pinion":
         return (cos_n + signed * tan_2) / (cos_n + signed * tan_1)

@@ -41,7 +41,7 @@ def test_closed_forms_lose_power_with_both_signs(driver: Driver) -> None:
     # spiral angles exchanged: the same lengthwise sliding, friction on the other side of the normal force
     for first, second in ((45.0, 30.0), (30.0, 45.0)):
         pair = PitchGeometry(radians(20.0), radians(first), radians(second), 0.3, 1.2, 0.027, 0.075, 2.6e-3, 1.1)
-        lengthwise = lengthwise_sliding(pair, 0.05, friction_in_equilibrium=True, driver=driver)
+        lengthwise = lengthwise_sliding(pair, 0.05, driver=driver)
         assert 0.95 < buckingham_type(pair, 0.05, driver) < lengthwise < 1.0
         assert coleman_type(pair, 0.05, driver) == pytest.approx(buckingham_type(pair, 0.05, driver), abs=0.01)
 

@@ -123,20 +123,19 @@ def test_closed_forms_without_profile_sliding(mu: float) -> None:
     equilibrium; the frictionless one differs in the second order of mu.
     """
     pair = geometry(1e-8)
-    exact = lengthwise_sliding(pair, mu, friction_in_equilibrium=True)
+    exact = lengthwise_sliding(pair, mu)
     assert coleman_type(pair, mu) == pytest.approx(exact, abs=1e-6)
     assert buckingham_type(pair, mu) == pytest.approx(exact, abs=1e-6)
     tangents = math.tan(math.radians(48.0)) - math.tan(math.radians(22.0))
     cos_n = math.cos(math.radians(20.0))
-    linear = lengthwise_sliding(pair, mu)
-    assert linear == pytest.approx(1.0 - mu * tangents / cos_n, rel=1e-14)
+    linear = 1.0 - mu * tangents / cos_n
     assert abs(exact - linear) < 2.0 * mu**2
 
 
 def test_a_driving_gear_is_the_pinion_with_friction_reversed() -> None:
     """eta = (cos a - mu tan b1)/(cos a - mu tan b2), and both ways there and back lose alike to first order."""
     pair = geometry(1e-8)
-    back = lengthwise_sliding(pair, 0.05, friction_in_equilibrium=True, driver="gear")
+    back = lengthwise_sliding(pair, 0.05, driver="gear")
     cos_n, t1, t2 = (math.cos(math.radians(20.0)), math.tan(math.radians(48.0)), math.tan(math.radians(22.0)))
     assert back == pytest.approx((cos_n - 0.05 * t1) / (cos_n - 0.05 * t2), rel=1e-14)
-    assert lengthwise_sliding(pair, 0.05, driver="gear") == pytest.approx(1.0 / (1.0 + 0.05 * (t1 - t2) / cos_n))
+    assert back == pytest.approx(1.0 / (1.0 + 0.05 * (t1 - t2) / cos_n), abs=2.0 * 0.05**2)
