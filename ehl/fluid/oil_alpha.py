@@ -80,13 +80,6 @@ def film(card: Oil, temperature: Any, alpha: Any) -> Any:
     return alpha * _fit(card, "film", over_slope)(temperature)
 
 
-def fit_error(card: Oil) -> float:
-    """Largest relative error of `film`, and of `slope` if fitted, from -40 to 200 degC [-]."""
-    middle = np.array([353.15])
-    film(card, middle, slope(card, middle))
-    return max((_KEPT[key].error for key in (_key(card, "slope"), _key(card, "film")) if key in _KEPT), default=0.0)
-
-
 def _fit(card: Oil, what: str, function: Callable[[FloatArray], FloatArray]) -> TemperatureFit:
     low, high = TEMPERATURE_RANGE
     law = card.pressure_viscosity
