@@ -316,11 +316,8 @@ def ehl_friction(
 
 
 def _line(state: ContactState, at: int) -> LineContact:
-    return LineContact.from_pressure(
-        radius_equivalent=float(state.radius_equivalent[at]),
-        effective_modulus=float(state.effective_modulus[at]),
-        pressure_hertz=float(state.pressure_hertz[at]),
-        speed_entrainment=float(state.speed_entrainment[at]),
-        slide_to_roll=float(state.slide_to_roll[at]),
-        speed_sliding_lengthwise=float(state.speed_sliding_lengthwise[at]),
+    names = (
+        *("radius_equivalent", "effective_modulus", "pressure_hertz", "speed_entrainment"),
+        *("slide_to_roll", "speed_sliding_lengthwise"),
     )
+    return LineContact.from_pressure(**{name: float(getattr(state, name)[at]) for name in names})

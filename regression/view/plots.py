@@ -58,15 +58,13 @@ class CurveConditions:
         """Local conditions with some variables as arrays; sliding is across the contact line."""
         values: dict[str, float | Array] = {**self.held, **varied}
         rough = np.asarray(values["roughness_rms"]) / np.sqrt(2.0)
+        same = (
+            *("pressure_hertz", "radius_equivalent", "effective_modulus", "speed_entrainment"),
+            *("temperature_oil", "correlation_length", "peklenik_number"),
+        )
         state = ContactState.of(
-            pressure_hertz=values["pressure_hertz"],
-            radius_equivalent=values["radius_equivalent"],
-            effective_modulus=values["effective_modulus"],
-            speed_entrainment=values["speed_entrainment"],
+            **{name: values[name] for name in same},
             slide_to_roll=values["slide_to_roll_total"],
-            temperature_oil=values["temperature_oil"],
-            correlation_length=values["correlation_length"],
-            peklenik_number=values["peklenik_number"],
             roughness_rms_1=rough,
             roughness_rms_2=rough,
         )
