@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -177,8 +177,9 @@ def rate_flank(pair: PairBlank | RatedPair, inputs: RatingInput, side: Side) -> 
     found |= {"contact_stress_permissible": contact_limit, "safety_pitting": contact_limit / now.contact_stress}
     found |= {"root_stress_permissible": root_limit, "safety_root": root_limit / now.root_stress}
     found["spectrum"] = flank.spectrum()
-    own = {f.name: found[f.name] for f in fields(FlankRating)}
-    return FlankRating(**{name: as_pair(v) if isinstance(v, np.ndarray) else v for name, v in own.items()})
+    own: dict[str, Any] = {f.name: found[f.name] for f in fields(FlankRating)}
+    own |= {name: as_pair(value) for name, value in own.items() if isinstance(value, np.ndarray)}
+    return FlankRating(**own)
 
 
 @dataclass(frozen=True)

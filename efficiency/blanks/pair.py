@@ -8,6 +8,7 @@ A).
 from dataclasses import dataclass, replace
 from math import asin, cos, sin, sqrt, tan
 from pathlib import Path
+from typing import Any
 
 from efficiency.blanks import dimensions, tangency
 from efficiency.blanks.agma_2003 import rate_agma
@@ -21,7 +22,7 @@ from efficiency.blanks.method_2 import method_2
 from efficiency.blanks.method_3 import method_3
 from efficiency.blanks.pair_blank import MemberBlank, PairBlank
 from efficiency.blanks.rating import SIDES
-from efficiency.blanks.slots import SlotGeometry, Three, slots_and_lands
+from efficiency.blanks.slots import SlotGeometry, slots_and_lands
 from efficiency.blanks.virtual_gears import virtual_gears
 from efficiency.cutting.blank import Hand
 from efficiency.cutting.process import PROCESSES
@@ -45,7 +46,7 @@ class _Parts:
     faces: dimensions.FaceWidths
     spirals: tuple[tuple[float, float], tuple[float, float]]
     thick: dimensions.Thickness
-    lands: list[dict[str, Three]]
+    lands: list[dict[str, Any]]
     ends: tuple[tuple[float, float], tuple[float, float]]
 
 
@@ -265,7 +266,7 @@ def _member(inputs: PairBlankInput, parts: _Parts, i: int) -> MemberBlank:
     """Dimensions of the pinion (0) or the gear (1), Formulae (195) to (200), (216) to (225)."""
     cones, faces, thick = parts.cones, parts.faces, parts.thick
     delta, point = (cones.pitch_angle_1, cones.pitch_angle_2)[i], parts.place.crossing_to_point[i]
-    at_places: dict[str, float] = {}
+    at_places: dict[str, Any] = {}
     crowns: list[float] = []
     for place, along, cone, spiral in (
         ("outer", faces.outside[i], parts.ends[i][1], parts.spirals[i][1]),
