@@ -239,6 +239,8 @@ class MeshLevels:
         The end of a run follows from `interval`.
         """
         mean, found = self.interval()
+        if not math.isfinite(found):  # two meshes with too little common travel: one draw as in `Window.interval`
+            found = ONE_DRAW * float(np.std(self.longest.friction()))
         share = min(max(self.share(), 0.0), 1.0)
         batches = self.longest.rolled / self.plan.batch
         expected = EXPECTED * mean * math.sqrt(share * (1.0 - share) * EXPECTED_BATCHES / batches)

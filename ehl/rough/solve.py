@@ -249,7 +249,7 @@ def _status(levels: MeshLevels) -> tuple[str, str]:
     allowed = ERROR_ALLOWED * plan.tolerance
     if exchange_error(levels, net_exchange(levels.longest)) > allowed:
         return "unsettled", "net_exchange"
-    if half_width > allowed * abs(mean):
+    if not half_width <= allowed * abs(mean):  # also without an interval
         return "unsettled", "statistical_interval"
     return "converged", ""
 

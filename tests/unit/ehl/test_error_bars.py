@@ -31,6 +31,7 @@ from ehl.rough.averaging import (
 )
 from ehl.rough.mixed import film_stress_ratio, roughness_effect
 from ehl.rough.multilevel import MeshLevels
+from ehl.rough.solve import _status
 from ehl.smooth import hot_film, refine, thermal
 from ehl.smooth.refine import extrapolate
 from ehl.smooth.solver import solve_steady
@@ -267,6 +268,20 @@ def test_long_window_of_a_coarse_mesh_is_corrected_by_a_short_one_of_a_fine_mesh
     alone = MeshLevels([rolled(coarse[:80]), rolled(fine, 10)], PLAN)
     assert alone.friction() == pytest.approx(fine.mean() + difference / 3.0, rel=1e-9)
     assert half_width < 0.4 * alone.interval()[1]
+
+
+def test_two_meshes_with_little_common_travel_have_one_draw_as_stated_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One common block of 4 b with two parts, too few for an interval; mu varies by 0.01 over the longest window."""
+    wave = np.tile([0.04, 0.06], 200)
+    levels = MeshLevels([rolled(wave), rolled(np.repeat(wave[:20], 2), 10)], replace(PLAN, batch=4.0))
+    assert not levels.interval()[1] < math.inf
+    flat = np.zeros(0)
+    levels.fine.run.problem.model.surfaces = SimpleNamespace(profile_1=flat, profile_2=flat)  # type: ignore[assignment]
+    monkeypatch.setattr("ehl.rough.solve.net_exchange", lambda _: 0.0)
+    mean, half_width = levels.stated()
+    assert mean == pytest.approx(0.05, rel=1e-9)
+    assert half_width == pytest.approx(1.645 * 0.01, rel=1e-9)
+    assert _status(levels) == ("unsettled", "statistical_interval")
 
 
 # parts of a block of 4 b, half a batch each: two patterns without correlation, and their sum
