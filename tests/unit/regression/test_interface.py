@@ -146,7 +146,7 @@ def test_the_slurm_script_has_all_options(tmp_path: Path) -> None:
         regression.slurm_script("demo", tmp_path, 2, changes=["lubricant.oil=nothing"])
 
 
-@pytest.mark.parametrize("name", ["demo", "gear", "gear_mesh", "gear_film", "gear_noise", "gear_paths"])
+@pytest.mark.parametrize("name", ["demo", "gear", "gear_mesh", "gear_film", "gear_fast", "gear_noise", "gear_paths"])
 def test_a_plan_is_read_back_from_what_files_store(name: str) -> None:
     plan = regression.Plan.from_file(name)
     back = regression.Plan.from_json(plan.model_dump_json())
