@@ -8,7 +8,7 @@ The plans `gear`, `gear_mesh`, `gear_film`, `gear_fast`, `gear_noise` and `gear_
 contacts or a quarter of an hour of processor time; results go to data/datasets and formulas to data/formulas. The first
 four are fitted, the others check.
 Without names all shipped oils are meant. A sweep is resumed from its folder in validation/out/sweeps; the fits take
-about ten minutes.
+about twenty minutes of two cores.
 """
 
 from __future__ import annotations

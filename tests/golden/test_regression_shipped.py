@@ -14,19 +14,19 @@ from regression.friction.oil_cards import card_hash
 
 # mean and 95 % of the held-out errors of mu, each rounded up
 HELD_OUT = {
-    "75w90": (0.065, 0.21),
+    "75w90": (0.05, 0.17),
     "75w90_short": (0.115, 0.36),
-    "80w90": (0.06, 0.2),
-    "80w90_short": (0.1, 0.37),
-    "eaxle": (0.065, 0.23),
+    "80w90": (0.05, 0.16),
+    "80w90_short": (0.105, 0.37),
+    "eaxle": (0.06, 0.2),
     "eaxle_short": (0.12, 0.41),
-    "fva3": (0.065, 0.21),
-    "fva3_short": (0.105, 0.36),
-    "gear": (0.07, 0.23),
-    "pao220": (0.065, 0.2),
+    "fva3": (0.05, 0.16),
+    "fva3_short": (0.11, 0.36),
+    "gear": (0.05, 0.17),
+    "pao220": (0.05, 0.15),
     "pao220_short": (0.11, 0.35),
-    "pg_0_1": (0.07, 0.24),
-    "pg_0_1_short": (0.115, 0.37),
+    "pg_0_1": (0.055, 0.17),
+    "pg_0_1_short": (0.12, 0.37),
 }
 
 
@@ -39,7 +39,7 @@ def shipped(name: str) -> Formula:
 
 @pytest.mark.parametrize("name", shipped_formulas())
 def test_formula_belongs_to_the_oil_card(name: str) -> None:
-    """And its held-out error is that measured with the data of engine 5, within a few per cent."""
+    """And its held-out error is that measured with the data of engine 8, rounded up."""
     formula = shipped(name)
     for oil in formula.oils:
         assert oil.name is not None
@@ -83,5 +83,6 @@ def test_limits_hold_for_the_shipped_coefficients(name: str) -> None:
         thicker, _ = short_parts(films(1.0 + 4.0 * unit[7]), k)
         boundary = np.exp(SHORT.log_mu(dry, k, 0.1))
     assert ((share >= 0.0) & (share <= 1.0) & (thicker <= share)).all()
-    assert ((film > 0.0) & (film <= here["limiting_shear_coefficient"] * (1.0 + 1e-9))).all()
+    assert ((film > 0.0) | (share == 1.0)).all()
+    assert (film <= here["limiting_shear_coefficient"] * (1.0 + 1e-9)).all()
     np.testing.assert_allclose(boundary, 0.1, rtol=1e-5)

@@ -204,7 +204,7 @@ def test_compiled_languages(language: str, name: str, tmp_path: Path) -> None:
     program = export_formula(formula_of(name), tmp_path / file)
     text = (tmp_path / file).read_text()
     assert len(text) < 150_000
-    longest, lines = (132, 470) if language == "fortran" else (252, 400)
+    longest, lines = (132, 480) if language == "fortran" else (252, 400)
     assert len(text.splitlines()) <= lines
     # also where there is no compiler: every step is there, in order, and no line is too long for the language
     # the step `friction` gives its name to the function
