@@ -22,6 +22,7 @@ from efficiency.loss.ehl_friction import EhlFriction
 from efficiency.machine_settings.settings_result import RESIDUAL_LIMIT
 from efficiency.optimisation.problem import BOX
 from ehl.fluid.oil import Oil
+from regression.data.dataset import dataset_names, load_dataset
 from regression.plan.plan import Plan
 from regression.sweeping.slurm import DEFAULT_JOBS, DEFAULT_TIME, slurm_script
 
@@ -53,10 +54,11 @@ def oils() -> list[regression.Formula]:
 
 
 def solved() -> list[float]:
-    """Oils, contacts of their formulas, contacts of the plans that are not fitted, oils of `gear`."""
+    """Oils, contacts of their formulas, contacts of the data that are not fitted, oils of `gear`."""
     (fitted,) = {formula.data.count for formula in (*oils(), regression.Formula.load("gear"))}
-    others = sum(Plan.from_file(name).count for name in ("gear_paths", "gear_noise"))
-    return [len(oils()), fitted, len(oils()) * others, len(regression.Formula.load("gear").oils)]
+    kept = [name for name in dataset_names() if name.endswith(("_paths", "_noise"))]
+    others = sum(len(load_dataset(name).frame) for name in kept)
+    return [len(oils()), fitted, others, len(regression.Formula.load("gear").oils)]
 
 
 def cluster() -> list[float]:
