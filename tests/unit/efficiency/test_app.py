@@ -16,7 +16,6 @@ from pathlib import Path
 from urllib.parse import urlsplit
 
 import pytest
-from refusals import refuses
 from typer.testing import CliRunner
 
 import efficiency
@@ -107,53 +106,41 @@ def test_axle_of_the_tab_is_that_of_the_python_interface(bench: Bench) -> None:
             bench.axle_point(texts | {name: text})
 
 
-@pytest.mark.parametrize(
-    ("field", "text", "said"),
-    [
-        ("torque", "-5", "torque"),
-        ("torque", "a lot", "a number in N m"),
-        ("speed", "1e400", "speed"),
-        ("speed", "1,200", "a number in rpm"),  # a thousand, or a decimal comma
-        ("speed", "0", "speed"),
-        ("temperature", "2000", "temperature"),
-        ("roughness_rms_gear", "x" * 9999, "a number in um"),
-        ("peklenik_number", "0", "peklenik_number"),
-        ("E", "40", "E = '40 mm'"),
-        ("side", "sideways", "drive or coast"),
-        ("oil", "../secret.toml", "oil"),
-        ("friction", "/etc/hostname", "friction"),
-        ("friction", "ehl", "friction"),
-        ("finish", "polished", "superfinished, new"),
-        ("design", "../../pyproject.toml", "design"),
-    ],
-)
-def test_nonsense_makes_a_sentence_and_opens_no_file(
-    bench: Bench, scene: Scene, field: str, text: str, said: str
+NONSENSE = {
+    "torque": ("-5", "a lot"),
+    "speed": ("1e400", "1,200", "0"),  # a thousand, or a decimal comma
+    "temperature": ("2000",),
+    "roughness_rms_gear": ("x" * 9999,),
+    "peklenik_number": ("0",),
+    "E": ("40",),
+    "side": ("sideways",),
+    "oil": ("../secret.toml", "mine.toml"),
+    "friction": ("/etc/hostname", "ehl"),
+    "finish": ("polished",),
+    "design": ("../../pyproject.toml",),
+}
+
+
+@pytest.mark.parametrize(("field", "text"), [(field, text) for field, texts in NONSENSE.items() for text in texts])
+def test_nonsense_is_refused_by_field_and_opens_no_file(
+    bench: Bench, scene: Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, field: str, text: str
 ) -> None:
-    with pytest.raises(InputError, match=said) as caught:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.toml").write_text(efficiency.new_file("oil"), encoding="utf-8")
+    with pytest.raises(InputError) as caught:
         bench.answer(changed(scene, **{field: text}))
+    assert {problem.field.rpartition(".")[2] for problem in caught.value.problems} == {field}
     assert len(str(caught.value)) < 2000
 
 
-def test_all_problems_at_once_by_label_and_unit(bench: Bench, scene: Scene) -> None:
-    asked = changed(scene, torque="-5", speed="1,200", temperature="2000", roughness_rms_gear="40", E="3")
+def test_all_problems_at_once_by_field_and_label(bench: Bench, scene: Scene) -> None:
+    wrong = {"torque": "-5", "speed": "1,200", "temperature": "2000", "roughness_rms_gear": "40", "E": "3"}
+    asked = changed(scene, **wrong)
     with pytest.raises(InputError) as caught:
         bench.answer(asked)
     told = bench.problems(asked, caught.value)
-    assert set(told) == {"torque", "speed", "temperature", "roughness_rms_gear", "E"}
-    assert "pinion torque [N m] = '-5'" in told["torque"]
-    assert told["speed"].endswith("allowed: a number in rpm.")
-    assert "at least -40 degC and at most 200 degC" in told["temperature"]
-    assert "Rq gear [um] = '40' cannot be used; allowed: at least 0 um and at most 20 um" in told["roughness_rms_gear"]
-    assert "at most 2 mm" in told["E"]
+    assert told.keys() == wrong.keys()
     assert not any("_" in sentence for sentence in told.values())
-
-
-def test_card_of_another_folder_is_not_opened(bench: Bench, scene: Scene, tmp_path: Path) -> None:
-    card = tmp_path / "mine.toml"
-    card.write_text(efficiency.new_file("oil"), encoding="utf-8")
-    with refuses("oil"):
-        bench.answer(changed(scene, oil=str(card)))
 
 
 def test_finish_by_name(bench: Bench, scene: Scene, tmp_path: Path) -> None:
@@ -169,7 +156,6 @@ def test_finish_by_name(bench: Bench, scene: Scene, tmp_path: Path) -> None:
     design.write_text(bench.design_text(fine), encoding="utf-8")
     again = efficiency.load(design)
     assert again.design.pinion.surface_finish() == pair.design.pinion.surface_finish()
-    assert "finished('superfinished', 'new')" in bench.script(fine)
 
 
 @pytest.mark.parametrize("shape", [{}, {"lengthwise_crowning": "60", "tip_relief": "10"}])

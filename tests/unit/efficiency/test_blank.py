@@ -5,7 +5,7 @@ import math
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import fields, is_dataclass
-from math import degrees, radians
+from math import degrees
 from pathlib import Path
 from typing import Any
 
@@ -161,10 +161,6 @@ def test_tapers() -> None:
     assert ratio[0] < 1.06 < ratio[1]
 
 
-def kinds(pair: PairBlank) -> list[str]:
-    return [warning.kind for warning in pair.warnings]
-
-
 @pytest.mark.parametrize(
     ("kind", "name", "changes"),
     [
@@ -189,15 +185,12 @@ def kinds(pair: PairBlank) -> list[str]:
 def test_warnings_carry_number_limit_and_remedy(kind: str, name: str, changes: dict[str, Any]) -> None:
     found = [warning for warning in made(name, **changes).warnings if warning.kind == kind]
     assert found
+    assert not made("iso23509_f2").warnings
     for warning in found:
         wrong = warning.value < warning.limit if warning.side == "at least" else warning.value > warning.limit
         assert wrong
         assert warning.remedy.endswith(".")
         assert f"{warning.limit:.4g}" in str(warning)
-
-
-def test_sound_blank_has_no_warnings() -> None:
-    assert kinds(made("iso23509_f2")) == []
 
 
 @pytest.mark.parametrize(
@@ -218,13 +211,8 @@ def test_outer_diameter_of_method_2() -> None:
     assert outer.pinion.pitch_angle == pytest.approx(mean.pinion.pitch_angle, rel=1e-10)
 
 
-def test_command_prints_tables_and_warnings(mixed_ehl: Cli) -> None:
-    outcome = mixed_ehl("blank", "iso23509_f4")
-    assert outcome.code == 0
-    assert re.search(r"pitch angle .* 24\.7631 .* 63\.2125", outcome.out)
-    assert "undercut" in outcome.out
-    outcome = mixed_ehl("blank", "iso23509_f2", "--json")
-    result = json.loads(outcome.out)
+def test_command_prints_all_results(mixed_ehl: Cli) -> None:
+    result = json.loads(mixed_ehl("blank", "iso23509_f2", "--json").out)
     assert degrees(result["gear"]["pitch_angle"]) == pytest.approx(70.253, abs=5e-4)
     assert set(result) == {field.name for field in fields(PairBlank)}
     assert set(result["pinion"]) == {field.name for field in fields(MemberBlank)}
@@ -255,7 +243,6 @@ def test_drawing_data_with_mounting_distances(mixed_ehl: Cli, tmp_path: Path) ->
     assert error.field == "mounting_distance_gear"
     assert mixed_ehl("blank", "iso23509_f4", "--csv", tmp_path / "tables", "--report", tmp_path / "b.html").code == 0
     assert "mounting distance" in (tmp_path / "tables" / "drawing.csv").read_text(encoding="utf-8")
-    assert "Gear data for drawings" in (tmp_path / "b.html").read_text(encoding="utf-8")
 
 
 def test_drawing_data_of_a_design_are_those_of_its_blank(mixed_ehl: Cli, tmp_path: Path) -> None:
@@ -289,21 +276,7 @@ def test_drawing_data_of_a_design_are_those_of_its_blank(mixed_ehl: Cli, tmp_pat
     assert mixed_ehl("gear", design).code == 2
 
 
-def test_command_refuses_with_exit_code_2(mixed_ehl: Cli, tmp_path: Path) -> None:
-    text = data_path("blanks", "iso23509_f2.toml").read_text(encoding="utf-8")
-    bad = tmp_path / "bad.toml"
-    bad.write_text(text.replace('"35 deg"', '"72 deg"'), encoding="utf-8")
-    outcome = mixed_ehl("blank", bad)
-    assert outcome.code == 2
-    assert "mean_spiral_angle_gear = '72 deg' cannot be used" in outcome.err
-    assert mixed_ehl("blank", "no_such_blank").code == 2
-
-
 def test_every_result_is_in_the_nomenclature() -> None:
     listed = {name.rpartition(".")[2] for name in quantities()}
     for record in (PairBlank, MemberBlank, VirtualGears, UndercutLimit):
         assert {field.name for field in fields(record)} <= listed
-
-
-def test_limits_of_angles_are_in_radians() -> None:
-    assert load_blank("iso23509_f2").mean_spiral_angle_gear == pytest.approx(radians(35.0))
