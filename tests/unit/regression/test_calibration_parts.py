@@ -19,7 +19,7 @@ from regression.calibration import robust
 from regression.calibration.calibrate import Calibration, ParameterEstimate, solver_of
 from regression.calibration.measurement import Measurement
 from regression.calibration.prediction import contact_groups, hertz_point_pressure, line_pressure
-from regression.calibration.report import calibrated_card, use_lines
+from regression.calibration.report import calibrated_card
 from regression.calibration.search import surrogate_at
 from regression.calibration.setup import CalibrationSetup, card_with, lubricant_of, start_values
 
@@ -112,14 +112,6 @@ def test_pressure_viscosity_is_scaled_at_all_temperatures(name: str) -> None:
         assert other.at(temperature).pressure_viscosity == pytest.approx(other.alpha(temperature), rel=1e-12)
 
 
-def test_modulus_law_keeps_its_shape_when_scaled() -> None:
-    card = Oil.load("fva3")
-    other = card_with(card, {"pressure_viscosity": 0.8 * card.alpha(WARM)}, WARM)
-    pressure = np.array([1e8, 5e8, 1.5e9])
-    ratio = other.at(WARM).log_viscosity_ratio(pressure) / card.at(WARM).log_viscosity_ratio(pressure)
-    np.testing.assert_allclose(ratio, 0.8, rtol=1e-12)
-
-
 def test_the_cards_own_values_change_nothing() -> None:
     for name, rising in (("fva3", False), ("75w90", True), ("m100", False)):
         card = Oil.load(name)
@@ -129,13 +121,6 @@ def test_the_cards_own_values_change_nothing() -> None:
             assert found.eyring_stress == stress_at(own.eyring_stress, 1e9)
             found = replace(found, eyring_stress=own.eyring_stress)
         assert found == own
-
-
-def test_rising_stress_takes_both_figures() -> None:
-    card = card_with(Oil.load("75w90"), {"stress_low": 3e6, "stress_slope": 0.05}, WARM)
-    law = lubricant_of(card, WARM, rising=True).eyring_stress
-    assert not isinstance(law, float)
-    assert (law.stress_low, law.stress_slope, law.pressure_start, law.pressure_end) == (3e6, 0.05, 0.5e9, 3.5e9)
 
 
 def test_huber_constants_are_gaussian_integrals() -> None:
@@ -256,10 +241,6 @@ def test_card_is_written_read_and_used(tmp_path: Path, monkeypatch: pytest.Monke
     oil = OilLubricant(oil="mine.toml", temperature_oil=WARM, eyring_stress_law="pressure").lubricant()
     assert not isinstance(oil.eyring_stress, float)
     assert oil.eyring_stress.stress_slope == 0.03
-    words = "\n".join(use_lines(Path("mine.toml"), result))
-    assert 'oil = "mine.toml"' in words
-    assert 'eyring_stress_law = "pressure"' in words
-    assert "boundary_friction = 0.12" in words
 
 
 def test_a_card_written_anew_is_read_anew(tmp_path: Path) -> None:
@@ -274,7 +255,7 @@ def test_a_card_written_anew_is_read_anew(tmp_path: Path) -> None:
     assert Oil.load(str(path)).density_15 == 890.0
 
 
-@pytest.mark.parametrize("name", ["75w90", "80w90", "squalane", "pao 97.5/13.3"])
+@pytest.mark.parametrize("name", ["75w90", "80w90", "squalane", "pao 97.5/13.3", "fva3"])
 def test_alpha_of_cards_by_constants_scales_their_whole_rise(name: str) -> None:
     card = Oil.load(name)
     start = start_values(card, 353.15, rising=False)["pressure_viscosity"]

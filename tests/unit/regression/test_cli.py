@@ -1,8 +1,6 @@
-"""The commands `sweep`, `fit` and `mu`, from plan to friction value, and what they say to bad input."""
+"""The commands `sweep`, `fit` and `mu`, from plan to friction value, and bad input."""
 
 import json
-import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -44,25 +42,17 @@ def test_plan_to_friction_value(mixed_ehl: Call, plan: Path, tmp_path: Path, mon
     run, formula = tmp_path / "run", tmp_path / "formula.json"
     for number in (1, 2):
         shard = ("--shard", f"{number}/2", "--with", "xu_kahraman_2007", "--jobs", "1")
-        swept = mixed_ehl("sweep", plan, "-o", run, *shard)
-        assert swept.code == 0
-        assert "16 converged, 0 failed" in swept.out
+        assert "16 converged, 0 failed" in mixed_ehl("sweep", plan, "-o", run, *shard).out
     # the option first, and everything on disk already
     again = mixed_ehl("sweep", "-o", run, plan, "--shard", "1/2", "--with", "xu_kahraman_2007", "--jobs", "1")
     assert "16 found on disk, 0 converged" in again.out
-
     status = json.loads(mixed_ehl("sweep", "status", run, "--json").out)
     assert (status["planned"], status["finished"], status["complete"]) == (32, 32, True)
     assert len(status["shards"]) == 2
-    assert "CPU time of the cases" in swept.out
-    shown = mixed_ehl("sweep", "status", run).out
-    assert "32 of 32 cases" in shown
-    assert "CPU time of all cases" in shown
-
-    merged = mixed_ehl("sweep", "merge", run, "-o", tmp_path / "all.h5")
-    assert merged.out.strip().endswith("all.h5: 32 cases")
-    assert mixed_ehl("sweep", "merge", run, "-o", tmp_path / "all.csv").code == 0
+    for name in ("all.h5", "all.csv"):
+        assert mixed_ehl("sweep", "merge", run, "-o", tmp_path / name).code == 0
     assert len((tmp_path / "all.csv").read_text().splitlines()) == 34
+    assert load_dataset(tmp_path / "all.h5").data_hash == load_dataset(run).data_hash
 
     monkeypatch.setenv("COLUMNS", "80")
     fitted = mixed_ehl("fit", run, "-o", formula, "--plot", tmp_path / "parity.png")
@@ -71,12 +61,7 @@ def test_plan_to_friction_value(mixed_ehl: Call, plan: Path, tmp_path: Path, mon
     assert "…" not in fitted.out
     tables = fitted.out[fitted.out.index("errors of held-out cases by region") : fitted.out.index("Noise floor")]
     assert max(map(len, tables.splitlines())) <= 80
-    assert "Hertz pressure" in tables
     assert (tmp_path / "parity.png").read_bytes().startswith(b"\x89PNG")
-    assert "short" in fitted.out
-    assert "xu: nine terms" in fitted.out
-    assert "errors of held-out cases by region" in fitted.out
-    assert load_dataset(tmp_path / "all.h5").data_hash == load_dataset(run).data_hash
 
     value = json.loads(mixed_ehl("mu", formula, *point(), "--json").out)
     direct = json.loads(mixed_ehl("mu", "xu_kahraman_2007", *point(), "--oil", "fva3", "--json").out)
@@ -102,14 +87,9 @@ def test_families_that_cannot_be_fitted_are_named(mixed_ehl: Call, plan: Path, t
     plan.write_text(PLAN.replace("size = 32", "size = 16"))
     run = tmp_path / "run"
     assert mixed_ehl("sweep", plan, "-o", run, "--with", "arana_2019", "--jobs", "1").code == 0
-    fitted = mixed_ehl("fit", run, "-o", tmp_path / "f.json")
-    assert fitted.code == 0
     # 16 cases: enough for the seven terms of the power law alone
-    assert "xu could not be fitted to these data" in fitted.out
-    assert "short could not be fitted to these data" in fitted.out
-    alone = mixed_ehl("fit", run, "-o", tmp_path / "f.json", "--family", "xu")
-    assert alone.code == 2
-    assert "at least 18 usable cases" in alone.err
+    assert "xu could not be fitted to these data" in mixed_ehl("fit", run, "-o", tmp_path / "f.json").out
+    assert mixed_ehl("fit", run, "-o", tmp_path / "f.json", "--family", "xu").code == 2
 
 
 def test_a_formula_without_a_value_gives_none_and_exit_code_1(mixed_ehl: Call) -> None:
@@ -119,36 +99,30 @@ def test_a_formula_without_a_value_gives_none_and_exit_code_1(mixed_ehl: Call) -
     content = json.loads(as_json.out)
     assert content["flag"] == "undefined"
     assert content["friction_coefficient"] is content["friction_lower"] is content["friction_upper"] is None
-    as_text = mixed_ehl("mu", "benedict_kelley_1961", *options, "--oil", "fva3")
-    assert as_text.code == 1
-    assert "mu = none" in as_text.out
+    assert mixed_ehl("mu", "benedict_kelley_1961", *options, "--oil", "fva3").code == 1
 
 
-def test_mu_as_text_and_outside_its_range(mixed_ehl: Call) -> None:
-    inside = mixed_ehl("mu", "xu_kahraman_2007", *point(), "--oil", "fva3")
-    assert inside.out.startswith("mu = 0.0")
-    assert inside.err == ""
+def test_mu_outside_its_range_is_noted(mixed_ehl: Call) -> None:
+    assert mixed_ehl("mu", "xu_kahraman_2007", *point(), "--oil", "fva3").err == ""
     outside = mixed_ehl("mu", "xu_kahraman_2007", *point(pressure="3 GPa"), "--oil", "fva3")
-    assert outside.code == 0
-    assert "outside the range" in outside.err
+    assert (outside.code, outside.err != "") == (0, True)
     constant = mixed_ehl("mu", "constant:0.05", *point(lengthwise="1 m/s"), "--oil", "fva3")
-    assert constant.out.startswith("mu = 0.0500  (0.0500 to 0.0500)")
+    assert constant.out.split()[2] == "0.0500"
 
 
 def test_other_refusals(mixed_ehl: Call, plan: Path, tmp_path: Path) -> None:
     """What no option of test_mistakes is about: what is missing, and a plan in place of a folder."""
-    run = tmp_path / "run"
+    run, formula = tmp_path / "run", tmp_path / "f.json"
     (tmp_path / "empty.toml").write_text("")
     for arguments, words in (
         (("mu", "xu_kahraman_2007", *point()), "--oil"),
-        (("mu", "nothing", *point()), "nothing"),
         (("sweep", plan), "-o RUN"),
         (("sweep", plan, "-o", run, "--set", "variables.speed_entrainment.high=0.5"), "speed_entrainment.high"),
         (("sweep", tmp_path / "empty.toml", "-o", run), "empty.toml"),
         (("sweep", plan, "-o", plan), "plan.toml"),
         (("sweep", "status", run), "run"),
-        (("fit", run, "-o", tmp_path / "f.json"), "run"),
-        (("fit", run, "-o", tmp_path / "f.json", "--family", "xu", "--nested"), "--nested"),
+        (("fit", run, "-o", formula), "run"),
+        (("fit", run, "-o", formula, "--family", "xu", "--nested"), "--nested"),
     ):
         refused = mixed_ehl(*arguments)
         assert refused.code == 2
@@ -158,18 +132,14 @@ def test_other_refusals(mixed_ehl: Call, plan: Path, tmp_path: Path) -> None:
 def test_cases_that_fail_are_said_in_the_exit_code(mixed_ehl: Call, plan: Path, tmp_path: Path) -> None:
     # an unloaded, fast contact is outside of what Benedict & Kelley can say
     plan.write_text(PLAN.replace('low = "0.4 GPa"', 'low = "50 MPa"').replace('high = "15 m/s"', 'high = "150 m/s"'))
-    swept = mixed_ehl("sweep", plan, "-o", tmp_path / "run", "--with", "benedict_kelley_1961", "--jobs", "1")
-    assert swept.code == 1
+    command = ("sweep", plan, "-o", tmp_path / "run", "--with", "benedict_kelley_1961", "--jobs", "1")
+    swept, resumed = mixed_ehl(*command), mixed_ehl(*command)
     assert reason_text("undefined") in " ".join(swept.out.split())
-    assert "have no result" in swept.err
     # a resumed run says the same of the failures on disk, whoever computed them
-    resumed = mixed_ehl("sweep", plan, "-o", tmp_path / "run", "--with", "benedict_kelley_1961", "--jobs", "1")
-    assert (resumed.code, resumed.err.splitlines()[-1]) == (1, swept.err.splitlines()[-1])
+    assert swept.code == resumed.code == 1
+    assert resumed.err.splitlines()[-1] == swept.err.splitlines()[-1]
     assert "32 found on disk, 0 converged, 0 failed" in resumed.out
-    assert resumed.out.splitlines()[-1] == swept.out.splitlines()[-1]
-    listed = mixed_ehl("sweep", "status", tmp_path / "run", "--failed")
-    assert "failed cases" in listed.out
-    assert "…" not in listed.out
+    assert "…" not in mixed_ehl("sweep", "status", tmp_path / "run", "--failed").out
     content = json.loads(mixed_ehl("sweep", "status", tmp_path / "run", "--json").out)
     failed = content["failed"]
     assert len(failed) == sum(content["shards"][0]["failed"].values()) > 0
@@ -198,23 +168,10 @@ def test_an_interval_wider_than_asked_for_is_an_answer(
     assert mixed_ehl("fit", tmp_path / "run", "-o", tmp_path / "f.json", "--family", "xu").code == 0
 
 
-def test_estimate_and_changes_on_the_command_line(mixed_ehl: Call, plan: Path, tmp_path: Path) -> None:
+def test_changes_on_the_command_line_are_part_of_the_plan(mixed_ehl: Call, plan: Path, tmp_path: Path) -> None:
     estimate = mixed_ehl("sweep", plan, "--estimate", "--jobs", "2", "--set", "sampling.size=64")
-    assert estimate.code == 0
-    assert "64 cases (standard)" in estimate.out
-    assert "with 2 workers" in estimate.out
+    assert "64 cases" in estimate.out
     run = ("-o", tmp_path / "run", "--with", "arana_2019", "--jobs", "1", "--set", "lubricant.oil=75w90")
     assert mixed_ehl("sweep", plan, *run).code == 0
-    # the change is part of the plan: without it the folder holds another run
-    other = mixed_ehl("sweep", plan, *run[:-2])
-    assert other.code == 2
-    assert "another plan" in other.err
-
-
-def test_help_imports_nothing_heavy() -> None:
-    code = (
-        "import sys; import regression.cli;"
-        "print([name for name in ('numpy', 'pandas', 'h5py', 'scipy', 'joblib') if name in sys.modules])"
-    )
-    shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert shown.stdout.strip() == "[]"
+    # without the change the folder holds another run
+    assert mixed_ehl("sweep", plan, *run[:-2]).code == 2

@@ -102,34 +102,32 @@ def test_fit_of_a_name_on_the_command_line(shelf: Path, tmp_path: Path, mixed_eh
     assert fitted.code == 0
     assert "contacts along gear meshes, not fitted" in fitted.out
     point = ("--radius", "18 mm", "--slide-to-roll", "0.2", "--temperature", "90 degC", "--roughness-rms", "0.35 um")
-    inside = mixed_ehl("mu", formula, "--pressure", "1 GPa", "--speed", "4 m/s", *point, "--refuse", "--hull", "small")
-    assert inside.code == 0
-    assert "inside the convex hull of its data" in inside.out
-    outside = mixed_ehl("mu", formula, "--pressure", "3 GPa", "--speed", "4 m/s", *point, "--hull", "small")
-    assert outside.code == 0
-    assert "outside the convex hull" in outside.out
-    assert "note: outside the data of" in outside.err
-    assert "Hertz pressure 3 GPa (at most" in outside.err
+    point += ("--speed", "4 m/s")
+    high = ("mu", formula, "--pressure", "3 GPa", *point)
+    inside = mixed_ehl("mu", formula, "--pressure", "1 GPa", *point, "--refuse", "--hull", "small", "--json")
+    assert (inside.code, json.loads(inside.out)["in_convex_hull"]) == (0, True)
+    outside = mixed_ehl(*high, "--hull", "small", "--json")
+    assert (outside.code, json.loads(outside.out)["in_convex_hull"]) == (0, False)
+    assert "Hertz pressure 3 GPa" in outside.err
     # within every range, but where the plan has few cases: high pressure, speed, temperature and sliding at once
     corner = ("--radius", "35 mm", "--slide-to-roll", "1.0", "--temperature", "113 degC", "--roughness-rms", "0.54 um")
     beside = mixed_ehl("mu", formula, "--pressure", "1.5 GPa", "--speed", "12.5 m/s", *corner)
     assert "at the edge of the fitted cases" in beside.err
-    refused = mixed_ehl("mu", formula, "--pressure", "3 GPa", "--speed", "4 m/s", *point, "--refuse")
+    refused = mixed_ehl(*high, "--refuse")
     assert refused.code == 2
     assert "--pressure = 3000000000" in refused.err
-    strict = mixed_ehl("mu", f"strict:{formula}", "--pressure", "3 GPa", "--speed", "4 m/s", *point, "--oil", "fva3")
-    assert strict.code == 2
-    higher = mixed_ehl("mu", formula, "--pressure", "1 GPa", "--speed", "1.1 m/s", *point, "--boundary-friction", "0.2")
+    assert mixed_ehl("mu", f"strict:{formula}", *high[2:], "--oil", "fva3").code == 2
+    higher = mixed_ehl("mu", formula, "--pressure", "1 GPa", *point[:-1], "1.1 m/s", "--boundary-friction", "0.2")
     assert float(higher.out.split()[2]) > 0.1
-    for options, words in (
-        (("mu", "constant:0.05", "--refuse"), "--refuse"),
-        (("mu", "constant:0.05", "--boundary-friction", "0.1"), "--boundary-friction"),
-        (("mu", "constant:0.05", "--hull", "small"), "--hull"),
-        (("mu", "xu_kahraman_2007", "--hull", "small"), "--hull"),
+    for model, *option in (
+        ("constant:0.05", "--refuse"),
+        ("constant:0.05", "--boundary-friction", "0.1"),
+        ("constant:0.05", "--hull", "small"),
+        ("xu_kahraman_2007", "--hull", "small"),
     ):
-        bad = mixed_ehl(*options, "--pressure", "1 GPa", "--speed", "4 m/s", *point, "--oil", "fva3")
+        bad = mixed_ehl("mu", model, *option, "--pressure", "1 GPa", *point, "--oil", "fva3")
         assert bad.code == 2
-        assert words in bad.err
+        assert option[0] in bad.err
 
 
 def test_rerun_gives_the_stored_friction_and_finds_what_changed(shelf: Path) -> None:

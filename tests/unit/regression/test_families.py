@@ -18,10 +18,9 @@ from regression.friction.families.short import CAP_ORDER, film_friction, heated_
 from regression.friction.published import XU_COEFFICIENTS
 
 OILS = {name: Oil.load(name) for name in ("75w90", "fva3")}
-SHARE_FAMILIES = {"short": (SHORT, short_parts)}
-START = {family.name: dict(zip(family.terms, family.start, strict=True)) for family, _ in SHARE_FAMILIES.values()}
+START = dict(zip(SHORT.terms, SHORT.start, strict=True))
 COEFFICIENTS: dict[str, dict[str, float]] = {
-    **START,
+    "short": START,
     "xu": dict(zip(FAMILIES["xu"].terms, XU_COEFFICIENTS, strict=True)),
     "power_law": dict(zip(FAMILIES["power_law"].terms, (-5.0, 0.3, 0.1, -0.2, 0.4, 0.3, 0.3), strict=True)),
     "regimes": {term: 0.1 + 0.02 * i for i, term in enumerate(FAMILIES["regimes"].terms)},
@@ -42,7 +41,6 @@ BEYOND = st.fixed_dictionaries(
     }
 )
 OIL = st.sampled_from(sorted(OILS))
-SHARES = st.sampled_from(sorted(SHARE_FAMILIES))
 
 
 def table(point: dict[str, float], oil: str, **changes: Any) -> dict[str, np.ndarray]:
@@ -71,45 +69,42 @@ def test_friction_is_even_in_both_slidings(point: dict[str, float], oil: str, fa
 
 
 @settings(max_examples=80, deadline=None)
-@given(point=BEYOND, oil=OIL, family=SHARES, boundary=st.floats(0.03, 0.2))
-def test_friction_is_bounded_and_shares_are_shares(
-    point: dict[str, float], oil: str, family: str, boundary: float
-) -> None:
+@given(point=BEYOND, oil=OIL, boundary=st.floats(0.03, 0.2))
+def test_friction_is_bounded_and_shares_are_shares(point: dict[str, float], oil: str, boundary: float) -> None:
     conditions = table(point, oil)
-    share, fluid = SHARE_FAMILIES[family][1](conditions, COEFFICIENTS[family])
+    share, fluid = short_parts(conditions, START)
     limit = float(conditions["limiting_shear_coefficient"])
     assert 0.0 <= share <= 1.0
     # the spread of a thick film widens the contact, where its stress is far below the limit
     assert 0.0 < fluid <= limit * (1.0 + 1e-9)
-    assert friction(family, conditions, boundary) <= max(boundary, limit) * (1.0 + 1e-9)
+    assert friction("short", conditions, boundary) <= max(boundary, limit) * (1.0 + 1e-9)
 
 
 @settings(max_examples=80, deadline=None)
-@given(point=BEYOND, oil=OIL, family=SHARES, factor=st.floats(1.001, 5.0))
-def test_asperity_share_falls_as_the_film_grows(point: dict[str, float], oil: str, family: str, factor: float) -> None:
+@given(point=BEYOND, oil=OIL, factor=st.floats(1.001, 5.0))
+def test_asperity_share_falls_as_the_film_grows(point: dict[str, float], oil: str, factor: float) -> None:
     conditions = table(point, oil)
     thicker = conditions | {name: factor * conditions[name] for name in ("film_formula", "film_ratio_formula")}
-    parts = SHARE_FAMILIES[family][1]
-    assert parts(thicker, COEFFICIENTS[family])[0] <= parts(conditions, COEFFICIENTS[family])[0]
+    assert short_parts(thicker, START)[0] <= short_parts(conditions, START)[0]
 
 
 @settings(max_examples=60, deadline=None)
-@given(point=BEYOND, oil=OIL, family=SHARES)
-def test_boundary_friction_is_the_limit_of_vanishing_films(point: dict[str, float], oil: str, family: str) -> None:
+@given(point=BEYOND, oil=OIL)
+def test_boundary_friction_is_the_limit_of_vanishing_films(point: dict[str, float], oil: str) -> None:
     conditions = table(point, oil)
     thin = conditions | {name: 1e-6 * conditions[name] for name in ("film_formula", "film_ratio_formula")}
     # sliding as slow as the film is thin
     thin |= {"speed_sliding": 1e-6 * conditions["speed_sliding"]}
-    assert friction(family, thin) == pytest.approx(MU_B, rel=0.02)
+    assert friction("short", thin) == pytest.approx(MU_B, rel=0.02)
 
 
 @settings(max_examples=60, deadline=None)
-@given(point=BEYOND, oil=OIL, family=SHARES)
-def test_full_film_friction_vanishes_with_the_sliding(point: dict[str, float], oil: str, family: str) -> None:
+@given(point=BEYOND, oil=OIL)
+def test_full_film_friction_vanishes_with_the_sliding(point: dict[str, float], oil: str) -> None:
     slide = np.array([1e-3, 1e-9, 1e-200, 0.0])
     smooth = {**point, "roughness_rms_1": 0.0, "roughness_rms_2": 0.0}
     conditions = table(smooth, oil, slide_to_roll=slide, speed_sliding_lengthwise=0.0)
-    fluid = SHARE_FAMILIES[family][1](conditions, COEFFICIENTS[family])[1]
+    fluid = short_parts(conditions, START)[1]
     assert (np.diff(fluid) < 0.0).all()
     assert fluid[3] == 0.0
     # at 2.5 GPa and 25 degC the viscosity of FVA3 exceeds 1e20 Pa s: proportional only at very little sliding
@@ -158,7 +153,7 @@ def test_film_friction_reaches_the_limiting_shear_stress() -> None:
     conditions = table(
         {"pressure_hertz": 1e9, "radius_equivalent": 0.01, "speed_entrainment": 1.0}, "fva3", slide_to_roll=1.0
     )
-    k = START["short"] | {"relief_thick": 0.0}
+    k = START | {"relief_thick": 0.0}
     conditions |= {
         "temperature_viscosity": 0.0 * conditions["temperature_viscosity"],  # no heat
         "eyring_stress": 1e6 * conditions["eyring_stress"],
@@ -200,12 +195,12 @@ def test_one_fit_serves_rows_of_two_oils() -> None:
     predicted = np.exp(SHORT.log_mu({n: other[n].to_numpy() for n in other}, fitted.values, MU_B))
     assert np.abs(predicted / other["friction_coefficient"] - 1.0).mean() < 0.01
     assert fitted.standard_errors["strain"] > 0.0
-    assert abs(fitted.values["strain"] - START["short"]["strain"]) < 4.0 * fitted.standard_errors["strain"]
+    assert abs(fitted.values["strain"] - START["strain"]) < 4.0 * fitted.standard_errors["strain"]
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.02])
 def test_fit_finds_the_coefficients_behind_the_friction_within_their_errors(noise: float) -> None:
-    truth = {term: 1.2 * value for term, value in START["short"].items()}
+    truth = {term: 1.2 * value for term, value in START.items()}
     table_of = rows(("75w90", "fva3"), 200, 1)
     log_mu = SHORT.log_mu({name: table_of[name].to_numpy() for name in table_of}, truth, MU_B)
     log_mu += noise * np.random.default_rng(3).standard_normal(len(table_of))
@@ -223,7 +218,7 @@ def test_fit_finds_the_coefficients_behind_the_friction_within_their_errors(nois
 def test_fit_meets_both_parts_of_the_friction() -> None:
     table_of = rows(("75w90",), 200, 4)
     conditions = {name: table_of[name].to_numpy() for name in table_of}
-    share, film = short_parts(conditions, START["short"])
+    share, film = short_parts(conditions, START)
     known = table_of.assign(asperity_load_share=share, friction_fluid=film)
     # as if a fifth of what the asperities carry were film
     hidden = known.assign(asperity_load_share=0.8 * share, friction_fluid=film + 0.2 * share * MU_B)

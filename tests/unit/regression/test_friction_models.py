@@ -10,21 +10,16 @@ from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
 from regression.formula import friction_model, published
 from regression.friction.models import FrictionFlag, FrictionModel
-from regression.friction.published_registry import PUBLISHED, SLIDING_FLOOR, model_label
+from regression.friction.published_registry import PUBLISHED, SLIDING_FLOOR
 
 OIL = Oil.load("fva3")
 
 
 def test_constant_is_exact_in_any_shape() -> None:
-    shape = (3, 4)
-    estimate = friction_model("constant:0.05").mu(state(slide_to_roll=np.zeros(shape)), oil=OIL)
+    estimate = friction_model("coleman").mu(state(slide_to_roll=np.zeros((3, 4))), oil=OIL)
     for values in (estimate.mu, estimate.lower, estimate.upper):
-        np.testing.assert_array_equal(values, np.full(shape, 0.05))
+        np.testing.assert_array_equal(values, np.full((3, 4), 0.05))
     assert (estimate.flag == FrictionFlag.OK).all()
-
-
-def test_colemans_constant_has_a_name() -> None:
-    assert friction_model("coleman") == friction_model("constant:0.05")
 
 
 @pytest.mark.parametrize("name", sorted(PUBLISHED))
@@ -102,46 +97,11 @@ def test_base_oil_enters_the_lubricant_factor() -> None:
     assert float(pao.mu / mineral.mu) == pytest.approx(0.8 * viscosity**0.05, rel=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("spec", "words"),
-    [
-        ("constant", ["constant", "constant:0.05"]),
-        ("constant:x", ["'constant:x'"]),
-        ("constant:-0.1", ["-0.1", "at least 0"]),
-        ("constant:nan", ["finite"]),
-        ("xu_2007", ["xu_2007", "xu_kahraman_2007", ".json"]),
-        ("nothing.json", ["nothing.json", "does not exist"]),
-    ],
-)
-def test_bad_names_say_what_exists(spec: str, words: list[str]) -> None:
+@pytest.mark.parametrize("name", ["constant", "constant:x", "constant:-0.1", "constant:nan", "xu_2007", "nothing.json"])
+def test_bad_names_are_refused(name: str) -> None:
     with pytest.raises(InputError) as caught:
-        friction_model(spec)
-    for word in words:
-        assert word in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("name", "label"),
-    [
-        ("constant:0.05", "constant 0.05"),
-        ("constant:0.0277647, fitted to ehl", "constant 0.0278, fitted to solved contacts"),
-        ("xu_kahraman_2007", "Xu & Kahraman 2007"),
-        ("odonoghue_cameron_1966", "O'Donoghue & Cameron 1966"),
-        ("iso_tr_14179_2", "ISO/TR 14179-2"),
-        ("ehl", "solved contacts"),
-        ("ehl:smooth:all", "solved contacts, smooth, all"),
-        ("75w90", "formula 75w90"),
-        ("oils/formula_iso_220.json", "formula iso_220"),
-        ("formula.json", "formula"),
-    ],
-)
-def test_label(name: str, label: str) -> None:
-    assert model_label(name) == label
-
-
-def test_no_published_label_is_a_code_name() -> None:
-    assert all("_" not in formula.label for formula in PUBLISHED.values())
-    assert len({formula.label for formula in PUBLISHED.values()}) == len(PUBLISHED)
+        friction_model(name)
+    assert name in str(caught.value)
 
 
 def test_published_formulas_are_listed_with_their_ranges() -> None:
@@ -149,5 +109,4 @@ def test_published_formulas_are_listed_with_their_ranges() -> None:
     assert set(listed.index) == set(PUBLISHED)
     for name, row in listed.iterrows():
         assert row.certainty in ("published", "mixed", "unverified")
-        for quantity, (low, high) in PUBLISHED[str(name)].ranges.items():
-            assert f"{quantity} {low:g} to {high:g}" in row.range
+        assert all(quantity in row.range for quantity in PUBLISHED[str(name)].ranges)
