@@ -1,0 +1,72 @@
+"""Contacts at which the friction networks are uncertain, as the tables of the plan `gear_uncertain`.
+
+    python validation/uncertain_plan.py data/plans
+
+Networks are trained with the contacts of the other fitted plans of all oils. Of every `CANDIDATES` consecutive points
+of a Sobol sequence in the ranges of a plan (`POINTS`), the one is taken at which ln mu of the networks scatters most,
+for each oil. A contact chosen in this way is worth about three random ones.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from common import command_line
+from gear_path_plan import COLUMNS
+from shipped_formulas import DATA, OILS
+
+from ehl.common.units import KELVIN
+from regression.data.dataset import load_dataset
+from regression.fitting import coefficients
+from regression.fitting.rows import usable_rows
+from regression.friction.families import family_named
+from regression.plan.plan import Plan
+
+SOURCES = ("", "_mesh", "_film", "_fast")
+POINTS = {"gear": 400, "gear_mesh": 240}
+CANDIDATES = 8
+SEED = 40_000
+SCALE = {"pressure_hertz": 1e-9, "radius_equivalent": 1e3, "roughness_rms": 1e6, "correlation_length": 1e6}
+
+
+def trained() -> tuple[coefficients.FittedForm, float]:
+    """Closed form of all oils with twelve networks, whose scatter varies less than that of three, and mu_b."""
+    coefficients.MEMBERS = 12
+    data = load_dataset(*(DATA / "datasets" / f"gear_{oil}{kind}.h5" for oil in OILS for kind in SOURCES))
+    rows = usable_rows(data, corners=False)[0]
+    return coefficients.fit_form(family_named("short"), rows, network=True), float(rows["boundary_friction"].iloc[0])
+
+
+def chosen(form: coefficients.FittedForm, mu_b: float, oil: str) -> pd.DataFrame:
+    """Values of the variables of the chosen points, SI units, with the scatter of ln mu."""
+    found = []
+    for name, count in POINTS.items():
+        size, seed = count * CANDIDATES, SEED + OILS.index(oil)
+        changes = [f"lubricant.oil={oil}", f"sampling.seed={seed}", f"sampling.size={size}"]
+        plan = Plan.from_file(name, changes)
+        points = plan.points
+        table = pd.DataFrame(plan.conditions(points.columns, points.oils)).assign(oil=oil, boundary_friction=mu_b)
+        _, scatter = form.friction(table)
+        best = np.asarray(scatter).reshape(count, CANDIDATES).argmax(axis=1) + CANDIDATES * np.arange(count)
+        found.append(pd.DataFrame(points.columns).assign(scatter=scatter).iloc[best])
+    return pd.concat(found, ignore_index=True)
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    parser = command_line(__doc__)
+    parser.add_argument("folder", type=Path)
+    folder = parser.parse_args(argv).folder
+    form, mu_b = trained()
+    for oil in OILS:
+        points = chosen(form, mu_b, oil)
+        written = pd.DataFrame({head: points[name] * SCALE.get(name, 1.0) for name, head in COLUMNS.items()})
+        written[COLUMNS["temperature_oil"]] -= KELVIN
+        written.to_csv(folder / f"gear_uncertain_{oil}.csv", index=False, float_format="%.6g")
+        print(f"{oil}: {len(points)} contacts, median scatter of ln mu {points['scatter'].median():.3f}", flush=True)
+
+
+if __name__ == "__main__":
+    main()
