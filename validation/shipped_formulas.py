@@ -5,7 +5,7 @@
     python validation/shipped_formulas.py 75w90 --check  # tables alone
 
 The plans `gear`, `gear_mesh`, `gear_film`, `gear_fast`, `gear_uncertain`, `gear_noise` and `gear_paths` are solved for
-each oil, 3552 contacts or half an hour of processor time; results go to data/datasets and formulas to data/formulas.
+each oil, 3332 contacts or half an hour of processor time; results go to data/datasets and formulas to data/formulas.
 The first five are fitted, the others check.
 Without names all shipped oils are meant. A sweep is resumed from its folder in validation/out/sweeps; the fits take
 about twenty minutes of two cores.

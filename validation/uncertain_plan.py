@@ -26,7 +26,7 @@ from regression.friction.families import family_named
 from regression.plan.plan import Plan
 
 SOURCES = ("", "_mesh", "_film", "_fast")
-POINTS = {"gear": 400, "gear_mesh": 240}
+POINTS = {"gear": 260, "gear_mesh": 160}
 CANDIDATES = 8
 SEED = 40_000
 SCALE = {"pressure_hertz": 1e-9, "radius_equivalent": 1e3, "roughness_rms": 1e6, "correlation_length": 1e6}
