@@ -11,7 +11,7 @@ from ehl.common.validation import validate
 from ehl.fluid.oil import Oil
 from ehl.line_contact import blok_1937
 from ehl.material import Material, effective_modulus
-from regression.friction.conditions import derive, lubricant_row
+from regression.friction.conditions import STATE_UNITS, derive, lubricant_row
 from regression.plan.plan import Plan
 from regression.plan.sampling import FLASH_FRICTION, constrained_quantities
 
@@ -160,20 +160,9 @@ def test_film_ratio_of_the_constraint_is_that_of_the_dataset() -> None:
     for index in (0, 70, 127):
         case = both.case_at(index)
         contact = case.line_contact()
-        row = {
-            "pressure_hertz": contact.pressure_hertz,
-            "radius_equivalent": contact.radius_equivalent,
-            "effective_modulus": contact.effective_modulus,
-            "speed_entrainment": contact.speed_entrainment,
-            "slide_to_roll": contact.slide_to_roll,
-            "speed_sliding_lengthwise": contact.speed_sliding_lengthwise,
-            "temperature_oil": case.lubricant.temperature_oil,
-            "roughness_rms_1": case.surface.roughness_rms_1,
-            "roughness_rms_2": case.surface.roughness_rms_2,
-            "correlation_length": case.surface.correlation_length,
-            "peklenik_number": case.surface.peklenik_number,
-            **lubricant_row(case.lubricant.lubricant(), contact.pressure_hertz),
-        }
+        sources = (contact, case.lubricant, case.surface)
+        row = {name: getattr(part, name) for name in STATE_UNITS for part in sources if hasattr(part, name)}
+        row |= lubricant_row(case.lubricant.lubricant(), contact.pressure_hertz)
         ratio = derive({name: np.array([value]) for name, value in row.items()})["film_ratio_formula"]
         assert figures["film_ratio"][index] == pytest.approx(float(ratio[0]), rel=1e-10)
 
@@ -195,13 +184,8 @@ def test_every_point_has_a_roughness_of_its_own_and_realisations_are_a_factor() 
 
 
 def test_variables_of_the_surface() -> None:
-    rough = plan(
-        variables={
-            **RANGES,
-            "correlation_length": {"low": "20 um", "high": "100 um"},
-            "boundary_friction": [0.08, 0.12],
-        }
-    )
+    lengths = {"low": "20 um", "high": "100 um"}
+    rough = plan(variables=RANGES | {"correlation_length": lengths, "boundary_friction": [0.08, 0.12]})
     surfaces = [case.surface for _, case in rough.cases()]
     assert len(surfaces) == 128
     assert {surface.boundary_friction for surface in surfaces} == {0.08, 0.12}
