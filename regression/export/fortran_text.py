@@ -40,17 +40,42 @@ class FortranPrinter(Printer):
 _HELPERS = {"maximum": ("larger", ">"), "minimum": ("smaller", "<")}
 
 
+# digits of whole numbers as text, which takes half the lines of a list of numbers; no quote and no backslash
+_DIGITS = "".join(chr(code) for code in range(35, 125) if chr(code) != "\\")
+_BASE, _ZERO = len(_DIGITS), len(_DIGITS) ** 3 // 2
+
+
+def _as_text(name: str, rows: Sequence[Sequence[float]]) -> list[str]:
+    """A constant from a text with three digits for each number."""
+    base, shape = _BASE, f"({len(rows[0])}, {len(rows)})"
+    codes = [int(number) + _ZERO for row in rows for number in row]
+    text = "".join(_DIGITS[code // base**2] + _DIGITS[code // base % base] + _DIGITS[code % base] for code in codes)
+    parts = [text[k : k + LINE - 9] for k in range(0, len(text), LINE - 9)]
+    digit = [f"index(digits, {name}_text(i - {back}:i - {back}))" for back in (2, 1, 0)]
+    return [
+        f"  character(*), parameter :: {name}_text = &",
+        *(f'    "{part}" // &' for part in parts[:-1]),
+        f'    "{parts[-1]}"',
+        f"  integer, parameter :: {name}{shape} = reshape([({base**2} * {digit[0]} + &",
+        f"    {base} * {digit[1]} + {digit[2]} - {_ZERO + base**2 + base + 1}, &",
+        f"    i = 3, len({name}_text), 3)], [{shape[1:-1]}])",
+    ]
+
+
 def _stored_rows(program: Program) -> list[str]:
     """Module variables."""
-    lines = []
+    lines = ["  integer :: i", f'  character(*), parameter :: digits = "{_DIGITS}"']
     for function in program.data_functions:
         for array, rows in function.arrays.items():
-            whole = isinstance(rows[0][0], int)
+            name, whole = f"{function.name}_{array}", isinstance(rows[0][0], int)
+            if whole and all(-_ZERO <= number < _ZERO for row in rows for number in row):
+                lines += _as_text(name, rows)
+                continue
             kind, mark = ("integer", "") if whole else ("real(dp)", "_dp")
-            lines.append(f"  {kind}, save :: {function.name}_{array}({len(rows[0])}, {len(rows)})")
+            lines.append(f"  {kind}, save :: {name}({len(rows[0])}, {len(rows)})")
             numbers = number_rows([[number for row in rows for number in row]], "    ", "//", mark, LINE)
-            lines += [f"  data {function.name}_{array} &", numbers.replace("\n", " &\n")]
-    return lines
+            lines += [f"  data {name} &", numbers.replace("\n", " &\n")]
+    return lines if len(lines) > 2 else []
 
 
 def fortran_text(program: Program, name: str) -> str:
@@ -60,7 +85,7 @@ def fortran_text(program: Program, name: str) -> str:
     lines = [commented(program, "!"), f"module {name}_formula"]
     used = "ieee_is_finite, ieee_is_nan, ieee_value, ieee_quiet_nan, ieee_positive_inf"
     lines += [f"  use, intrinsic :: ieee_arithmetic, only: {used}"]
-    lines += ["  implicit none", f"  private; public :: {name}", "  integer, parameter :: dp = kind(1.0d0)"]
+    lines += [f"  implicit none; private; public :: {name}", "  integer, parameter :: dp = kind(1.0d0)"]
     lines += [*_stored_rows(program), "contains"]
     lines += [broken(f"elemental subroutine {name}({', '.join((*arguments, *OUTPUTS))})", "  ", end=" &")]
     lines += [broken(f"real(dp), intent(in) :: {', '.join(arguments)}", "    ", end=" &")]
@@ -82,7 +107,6 @@ def fortran_text(program: Program, name: str) -> str:
     for operation, (helper, sign) in _HELPERS.items():
         if operation in program.operations:
             lines += [
-                "",
                 f"  elemental function {helper}(a, b) result(c)",
                 "    real(dp), intent(in) :: a, b",
                 "    real(dp) :: c",
