@@ -1,80 +1,21 @@
 """Cut flanks against published data and independent computations (data/reference/gear_cutting.json)."""
 
-import json
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 import pytest
+from reference_flanks import CUTTING, HEAD, HOBBED, MM, PINION, agma_gear, hobbed_blank, hobbed_gear, hobbed_pinion
 
 from efficiency.contact.assembly import Assembly
 from efficiency.contact.ease_off import conjugate_points, ease_off, pinion_phase
 from efficiency.cutting.blank import Blank
 from efficiency.cutting.cutter import Blade
-from efficiency.cutting.flank import CutFlank, index_start
+from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.limits import flank_limits
-from efficiency.cutting.machine import FORMATE, MachineSettings
-from ehl.common.data import data_path
+from efficiency.cutting.machine import MachineSettings
 
-MM, INCH = 1e-3, 25.4e-3
-REFERENCE: dict[str, Any] = json.loads(data_path("reference", "gear_cutting.json").read_text(encoding="utf-8"))
+INCH = 25.4e-3
 SIDES = ("concave", "convex")
-HOBBED = REFERENCE["fh_hypoid_gear_9x34"]
-
-
-def hobbed_gear_blank() -> Blank:
-    b = HOBBED["blank"]
-    pitch_angle = np.radians(b["pitch_angle"])
-    return Blank(
-        teeth=b["teeth"],
-        pitch_angle=pitch_angle,
-        mean_cone_distance=0.5 * b["mean_pitch_diameter"] * MM / np.sin(pitch_angle),
-        face_width=b["face_width"] * MM,
-        mean_addendum=b["mean_addendum"] * MM,
-        mean_dedendum=b["mean_dedendum"] * MM,
-        addendum_angle=0.0,
-        dedendum_angle=0.0,
-        pitch_apex_beyond_crossing=b["tz2"] * MM,
-    )
-
-
-def offset_angle(spiral: float) -> float:
-    """Blade offset angle of the head: sin nu = z0 mn/(2 rc)."""
-    module = HOBBED["blank"]["mean_pitch_diameter"] * MM * np.cos(spiral) / HOBBED["blank"]["teeth"]
-    cutter = HOBBED["cutter"]
-    return float(np.arcsin(cutter["blade_groups"] * module / (2.0 * cutter["cutter_radius"] * MM)))
-
-
-def hobbed_gear(side: str) -> CutFlank:
-    """Formate gear by the closed form of its head position: both blades at the reference radius, a phase apart."""
-    blank, cutter = hobbed_gear_blank(), HOBBED["cutter"]
-    spiral = np.radians(HOBBED["printed"]["beta_m2"])
-    nu, rc, mean = offset_angle(spiral), cutter["cutter_radius"] * MM, blank.mean_cone_distance
-    horizontal, vertical = mean - rc * np.sin(spiral - nu), rc * np.cos(spiral - nu)
-    machine = MachineSettings(
-        radial_setting=float(np.hypot(horizontal, vertical)),
-        cradle_angle=float(np.arctan2(vertical, horizontal)),
-        machine_root_angle=blank.pitch_angle,
-        roll_ratio=0.0,
-        sliding_base=-blank.mean_dedendum,
-        machine_centre_to_back=blank.pitch_apex_beyond_crossing,
-        generation=FORMATE,
-    )
-    # half the slot to either side of the mean point
-    slot = 2.0 * np.pi / blank.teeth - HOBBED["printed"]["smn2"] * MM / (
-        mean * np.sin(blank.pitch_angle) * np.cos(spiral)
-    )
-    ahead = (0.5 if side == "concave" else -0.5) * slot * blank.teeth / cutter["blade_groups"]
-    blade = Blade(
-        rc,
-        np.radians(cutter[f"alpha_{side}"]),
-        side,  # type: ignore[arg-type]
-        reference_height=blank.mean_dedendum,
-        groups=cutter["blade_groups"],
-        offset_angle=nu,
-        phase=ahead,
-    )
-    return CutFlank(blade, machine, blank, index_start(machine, blank))
 
 
 def test_head_position_of_the_face_hobbed_gear() -> None:
@@ -92,12 +33,12 @@ def test_face_hobbed_gear_has_its_spiral_and_pressure_angle_on_both_flanks(side:
     gear, at = hobbed_gear(side), np.zeros(1)
     spiral, pressure = gear.solve(at, at)[0].angles(gear.blank.pitch_angle)
     assert np.degrees(spiral[0]) == pytest.approx(HOBBED["printed"]["beta_m2"], abs=1e-9)
-    assert np.degrees(pressure[0]) == pytest.approx(HOBBED["cutter"][f"alpha_{side}"], abs=1e-9)
+    assert np.degrees(pressure[0]) == pytest.approx(HEAD[f"alpha_{side}"], abs=1e-9)
 
 
 def test_spiral_of_the_face_hobbed_gear_along_its_face() -> None:
     """Mean of both flanks at heel and toe against the printed angles, between them the trace of an epicycloid."""
-    blank, printed = hobbed_gear_blank(), HOBBED["printed"]
+    blank, printed = hobbed_blank(HOBBED["blank"]), HOBBED["printed"]
     u = np.linspace(-0.5, 0.5, 7) * blank.face_width
     spiral = 0.5 * sum(hobbed_gear(side).solve(u, 0.0 * u)[0].angles(blank.pitch_angle)[0] for side in SIDES)
     np.testing.assert_allclose(np.degrees(spiral[[0, -1]]), [printed["beta_i2"], printed["beta_e2"]], atol=0.01)
@@ -116,47 +57,11 @@ def slot_angle(gear: Callable[[str], CutFlank]) -> float:
 
 def test_slot_of_the_face_hobbed_gear_is_that_of_its_blade_phase() -> None:
     angle = slot_angle(hobbed_gear)
-    assert angle == pytest.approx(2.0 * HOBBED["cutter"]["phase_rotation"], abs=1.1e-5)
-    blank = hobbed_gear_blank()
+    assert angle == pytest.approx(2.0 * HEAD["phase_rotation"], abs=1.1e-5)
+    blank = hobbed_blank(HOBBED["blank"])
     pitch_radius = 0.5 * HOBBED["blank"]["mean_pitch_diameter"] * MM
     tooth = (2.0 * np.pi / blank.teeth - angle) * pitch_radius * np.cos(np.radians(HOBBED["printed"]["beta_m2"]))
     assert tooth / MM == pytest.approx(HOBBED["printed"]["smn2"], abs=1e-9)
-
-
-def hobbed_pinion(side: str) -> CutFlank:
-    values = REFERENCE["fh_hypoid_pinion_9x34"]
-    b, blade = values["blank"], values[side]
-    lengths = {"radial_setting", "blank_offset", "sliding_base", "machine_centre_to_back"}
-    machine = MachineSettings(
-        **{
-            name: value * MM if name in lengths else value if name == "roll_ratio" else np.radians(value)
-            for name, value in values["machine"].items()
-        }
-    )
-    pitch_angle = np.radians(b["pitch_angle"])
-    cone = 0.5 * b["mean_pitch_diameter"] * MM / np.sin(pitch_angle)
-    blank = Blank(
-        teeth=b["teeth"],
-        pitch_angle=pitch_angle,
-        mean_cone_distance=cone,
-        face_width=b["face_width"] * MM,
-        mean_addendum=b["mean_addendum"] * MM,
-        mean_dedendum=b["mean_dedendum"] * MM,
-        addendum_angle=0.0,
-        dedendum_angle=0.0,
-        pitch_apex_beyond_crossing=cone * np.cos(pitch_angle) - b["mean_distance_from_crossing"] * MM,
-    )
-    cutter = Blade(
-        HOBBED["cutter"]["cutter_radius"] * MM,
-        np.radians(blade["blade_angle"]),
-        side,  # type: ignore[arg-type]
-        curvature=(1.0 / blade["curvature_radius"] if "curvature_radius" in blade else blade["curvature"]) / MM,
-        reference_height=blank.mean_dedendum,
-        radius_offset=blade["radius_offset"] * MM,
-        groups=HOBBED["cutter"]["blade_groups"],
-        offset_angle=-offset_angle(np.radians(HOBBED["printed"]["beta_m2"])),
-    )
-    return CutFlank(cutter, machine, blank, index_start(machine, blank))
 
 
 @pytest.mark.parametrize("side", SIDES)
@@ -178,12 +83,12 @@ def test_independent_fit_of_the_hobbed_pinion(side: str) -> None:
     relief, _, found = ease_off(conjugate_points(points, assembly), pinion, phase)
     # the fit names undercut at the toe of the drive side (concave)
     assert (~found).sum() <= (3 if side == "concave" else 0)
-    target = REFERENCE["fh_hypoid_pinion_9x34"]["target_um"]
+    target = PINION["target_um"]
     wanted = (target["ends"] * x**2 + target["tip_and_root"] * y**2) * 1e-6
     lever = points.position[0] * points.normal[1] - points.position[1] * points.normal[0]
     rest, arm = (relief - wanted)[found], lever[found]
     rest -= arm * (arm @ rest) / (arm @ arm)
-    stated = REFERENCE["fh_hypoid_pinion_9x34"][side]["fit_rms_um"] * 1e-6
+    stated = PINION[side]["fit_rms_um"] * 1e-6
     assert np.sqrt(np.mean(rest**2)) == pytest.approx(stated, rel=0.05)
     assert np.abs(rest).max() < 7e-6
 
@@ -194,11 +99,11 @@ def test_hobbed_pinion_angles() -> None:
         pinion = hobbed_pinion(side)
         spiral, _ = pinion.solve(at, at)[0].angles(pinion.blank.pitch_angle)
         # crowned flanks differ from the conjugate ones by minutes of arc
-        assert np.degrees(spiral[0]) == pytest.approx(REFERENCE["fh_hypoid_pinion_9x34"]["spiral_angle"], abs=0.02)
+        assert np.degrees(spiral[0]) == pytest.approx(PINION["spiral_angle"], abs=0.02)
 
 
 def gleason_blank() -> Blank:
-    b = REFERENCE["gleason_no16_gear_10x41"]["blank"]
+    b = CUTTING["gleason_no16_gear_10x41"]["blank"]
     pitch_angle = np.radians(b["pitch_angle"])
     face, outer = b["face_width"] * INCH, b["outer_cone_distance"] * INCH
     addendum_angle, dedendum_angle = (
@@ -222,7 +127,7 @@ def gleason_blank() -> Blank:
 
 def gleason_gear(side: str) -> CutFlank:
     """Spread-blade gear of the sheet: roll ratio from the teeth of the crown gear, machine settings as printed."""
-    values = REFERENCE["gleason_no16_gear_10x41"]
+    values = CUTTING["gleason_no16_gear_10x41"]
     m, c, blank = values["machine"], values["cutter"], gleason_blank()
     machine = MachineSettings(
         radial_setting=m["radial_setting"] * INCH,
@@ -240,7 +145,7 @@ def gleason_gear(side: str) -> CutFlank:
 
 def test_gleason_sheet_agrees_with_itself() -> None:
     """Conventions of the settings: roll ratio of both prints, and the classic position of the machine centre."""
-    values = REFERENCE["gleason_no16_gear_10x41"]
+    values = CUTTING["gleason_no16_gear_10x41"]
     m, blank = values["machine"], gleason_blank()
     # test roll printed to 0.01 deg
     assert m["work_test_roll"] / m["cradle_test_roll"] == pytest.approx(75.0 * m["nc75_ratio"] / 41.0, abs=3e-4)
@@ -259,7 +164,7 @@ def test_gleason_gear_tooth() -> None:
     The sheet's pressure angles are those of the blades, measured against the root line; the flank at the pitch cone
     has them within 0.35 deg. Its spiral angle is that of the slot's middle in the root plane (26.93 deg there).
     """
-    values, blank, at = REFERENCE["gleason_no16_gear_10x41"], gleason_blank(), np.zeros(1)
+    values, blank, at = CUTTING["gleason_no16_gear_10x41"], gleason_blank(), np.zeros(1)
     printed, cutter = values["printed"], values["cutter"]
     points = {side: gleason_gear(side).solve(at, at)[0] for side in SIDES}
     spiral = np.mean([points[side].angles(blank.pitch_angle)[0][0] for side in SIDES])
@@ -275,7 +180,7 @@ def test_gleason_gear_tooth() -> None:
 
 @pytest.mark.parametrize("side", SIDES)
 def test_gleason_gear_root_and_back_of_the_cutter(side: str) -> None:
-    values, gear = REFERENCE["gleason_no16_gear_10x41"], gleason_gear(side)
+    values, gear = CUTTING["gleason_no16_gear_10x41"], gleason_gear(side)
     limits = flank_limits(gear, stations=5)
     depth = (limits.tip - limits.root) / INCH
     # machine settings are printed to 0.005 in
@@ -284,37 +189,15 @@ def test_gleason_gear_root_and_back_of_the_cutter(side: str) -> None:
     assert not limits.undercut.any()
 
 
-@pytest.mark.parametrize(("side", "sign"), [("concave", 1.0), ("convex", -1.0)])
-def test_formate_gear_of_a_face_mill_loses_pressure_angle(side: str, sign: float) -> None:
+@pytest.mark.parametrize("side", SIDES)
+def test_formate_gear_of_a_face_mill_loses_pressure_angle(side: str) -> None:
     """AGMA 929 C blank as Formate gear, machine centre at the root apex, blades turned for the root cone.
 
     Each flank stands beside the middle of the slot, where the cone has turned away under the blade: about 0.8 deg less
     pressure angle (an independent computation for another gear); here half the slot is 2.6 and 3.3 deg wide.
     """
-    blank = Blank(
-        teeth=39,
-        pitch_angle=np.radians(70.2532),
-        mean_cone_distance=81.273 * MM,
-        face_width=25.4 * MM,
-        mean_addendum=1.58937 * MM,
-        mean_dedendum=5.80048 * MM,
-        addendum_angle=np.radians(2.1342),
-        dedendum_angle=np.radians(6.4935),
-    )
-    spiral, rc, root_angle = np.radians(35.0), 114.3 * MM, blank.pitch_angle - blank.dedendum_angle
-    sink = blank.mean_cone_distance * np.sin(blank.dedendum_angle) - blank.mean_dedendum * np.cos(blank.dedendum_angle)
-    along = blank.mean_cone_distance * np.cos(blank.dedendum_angle) + sink / np.tan(root_angle)
-    horizontal, vertical = along - rc * np.sin(spiral), rc * np.cos(spiral)
-    machine = MachineSettings(
-        radial_setting=float(np.hypot(horizontal, vertical)),
-        cradle_angle=float(np.arctan2(vertical, horizontal)),
-        machine_root_angle=root_angle,
-        roll_ratio=0.0,
-        machine_centre_to_back=float(sink / np.sin(root_angle)),
-        generation=FORMATE,
-    )
-    blade = Blade(rc + sign * 1.10013 * MM, np.radians(20.0) - sign * blank.dedendum_angle * np.sin(spiral), side)  # type: ignore[arg-type]
     at = np.zeros(1)
-    found, pressure = CutFlank(blade, machine, blank).solve(at, at)[0].angles(blank.pitch_angle)
+    gear = agma_gear(side, "root apex", roll=False)
+    found, pressure = gear.solve(at, at)[0].angles(gear.blank.pitch_angle)
     assert np.degrees(found[0]) == pytest.approx(35.0, abs=0.6)
     assert 0.6 < 20.0 - np.degrees(pressure[0]) < 1.2

@@ -1,29 +1,28 @@
 """Published and independently computed values of gear geometry (data/reference/gear_geometry.json)."""
 
-import json
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 from flank_curvature import flank_curvature
+from reference_flanks import AGMA, GEOMETRY, MM, agma_gear
 from scipy.interpolate import griddata
 
 from efficiency.contact.contact_lines import mesh_cycle
 from efficiency.contact.contact_search import contact_path
 from efficiency.contact.ease_off import conjugate_points, ease_off
 from efficiency.contact.flank_pair import flank_pair
+from efficiency.contact.gear_flanks import GearFlanks
 from efficiency.contact.mesh_surface import MeshSurface, mesh_surface
 from efficiency.contact.tooth_grid import gear_thickness, pinion_thickness
 from efficiency.cutting.blank import Blank
-from efficiency.cutting.cutter import Blade
+from efficiency.cutting.cutter import FLANK_SIDES, Blade
 from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.machine import MachineSettings, turn
 from efficiency.design.design import Design
-from ehl.common.data import data_path
+from ehl.common.units import ARCSEC
 
-MM, ARCSEC = 1e-3, np.pi / (180.0 * 3600.0)
-REFERENCE: dict[str, Any] = json.loads(data_path("reference", "gear_geometry.json").read_text(encoding="utf-8"))
 SIDES = ("drive", "coast")
 
 
@@ -43,21 +42,17 @@ def higher(flank: CutFlank, tip: float, root: float) -> CutFlank:
 
 
 def reference(side: str) -> dict[str, Any]:
-    values: dict[str, Any] = REFERENCE["fm_spiral_bevel_14x39"]["pairs"][side]
+    values: dict[str, Any] = GEOMETRY["fm_spiral_bevel_14x39"]["pairs"][side]
     return values
-
-
-def reference_roll(side: str, surface: MeshSurface) -> float:
-    """Roll angle at which the reference starts: its gear rotation at the mean point."""
-    pinion_rotation = reference(side)["mean_rotation_gear_rad"] / surface.assembly.ratio
-    return surface.direction * (pinion_rotation - surface.roll_zero)
 
 
 def test_transmission_error_and_path_against_direct_tca(surface: tuple[str, MeshSurface]) -> None:
     # allowed by the reference's own print: two of its programs differ by 0.06 arcsec
     side, mesh = surface
     tca = {name: np.array(values) for name, values in reference(side)["tca"].items()}
-    angle = reference_roll(side, mesh) + mesh.direction * tca["f1_over_pitch"] * mesh.pitch
+    # the reference starts at its gear rotation of the mean point
+    start_roll = mesh.direction * (reference(side)["mean_rotation_gear_rad"] / mesh.assembly.ratio - mesh.roll_zero)
+    angle = start_roll + mesh.direction * tca["f1_over_pitch"] * mesh.pitch
     path = contact_path(mesh, angle)
     start = int(np.flatnonzero(tca["f1_over_pitch"] == 0.0)[0])
     # the reference prints the gear rotation about its axis; ours is positive ahead in driving direction
@@ -67,11 +62,7 @@ def test_transmission_error_and_path_against_direct_tca(surface: tuple[str, Mesh
     np.testing.assert_allclose(error, ahead, atol=0.1, rtol=0.0)
     np.testing.assert_allclose(path.u / MM, tca["gear_dcone_mm"], atol=0.01, rtol=0.0)
     np.testing.assert_allclose(path.height / MM, tca["gear_h_mm"], atol=0.01, rtol=0.0)
-
-
-def test_transmission_error_per_pitch(surface: tuple[str, MeshSurface]) -> None:
-    side, mesh = surface
-    angle = reference_roll(side, mesh) + np.linspace(-0.5, 0.5, 201) * mesh.pitch
+    angle = start_roll + np.linspace(-0.5, 0.5, 201) * mesh.pitch
     error = contact_path(mesh, angle).transmission_error / ARCSEC
     assert np.ptp(error) == pytest.approx(reference(side)["te_peak_to_peak_one_pitch_arcsec"], abs=0.2)
 
@@ -83,7 +74,7 @@ def test_ease_off_grid(design: Design, side: str) -> None:
     pinion, gear = design.flanks().mating(side)  # type: ignore[arg-type]
     assembly = design.placement()
     u, v = (g.ravel() for g in np.meshgrid(np.array(values["ease_off_u_mm"]) * MM, values["ease_off_v"]))
-    low = gear.blank.root(u) + REFERENCE["fm_spiral_bevel_14x39"]["clearance"] * MM
+    low = gear.blank.root(u) + GEOMETRY["fm_spiral_bevel_14x39"]["clearance"] * MM
     points, found = gear.solve(u, low + v * (gear.blank.tip(u) - low))
     assert found.all()
     f1, f2 = values["mean_rotation_pinion_rad"], values["mean_rotation_gear_rad"]
@@ -154,89 +145,20 @@ def test_equivalent_radius_of_the_mesh_cycle_at_the_mean_point(design: Design, s
     assert found / MM == pytest.approx(reference(side)["mean_point"]["equiv_radius_mm"], rel=1e-3)
 
 
-def generated_gear(
-    blank: Blank, spiral: float, cutter_radius: float, point_width: float, pressure: float, side: str, apex: bool = True
-) -> CutFlank:
-    """Gear flank from classic starting settings: cradle axis through the pitch apex (or, wrongly, the root apex)."""
-    root_angle = blank.pitch_angle - blank.dedendum_angle
-    along = blank.mean_cone_distance * np.cos(blank.dedendum_angle)
-    horizontal = along - cutter_radius * np.sin(spiral)
-    vertical = cutter_radius * np.cos(spiral)
-    depth = blank.mean_cone_distance * np.sin(blank.dedendum_angle)
-    sink = depth - blank.mean_dedendum * np.cos(blank.dedendum_angle)
-    sign = 1.0 if side == "concave" else -1.0
-    machine = MachineSettings(
-        radial_setting=float(np.hypot(horizontal, vertical)),
-        cradle_angle=float(np.arctan2(vertical, horizontal)),
-        machine_root_angle=root_angle,
-        roll_ratio=float(np.cos(blank.dedendum_angle) / np.sin(blank.pitch_angle)),
-        sliding_base=sink,
-    )
-    if not apex:
-        # same ratio, machine centre moved along the work axis to the root apex
-        machine = replace(machine, sliding_base=0.0, machine_centre_to_back=sink / float(np.sin(root_angle)))
-    angle = pressure - sign * blank.dedendum_angle * np.sin(spiral)
-    blade = Blade(cutter_radius + sign * 0.5 * point_width, float(angle), side)  # type: ignore[arg-type]
-    return CutFlank(blade, machine, blank)
-
-
-def agma_blank() -> Blank:
-    i = REFERENCE["agma929_c"]["inputs"]
-    return Blank(
-        teeth=int(i["z2"]),
-        pitch_angle=np.radians(i["delta2"]),
-        mean_cone_distance=i["Rm"] * MM,
-        face_width=i["b2"] * MM,
-        mean_addendum=i["ham2"] * MM,
-        mean_dedendum=i["hfm2"] * MM,
-        addendum_angle=np.radians(2.1342),
-        dedendum_angle=np.radians(i["theta_f2"]),
-    )
-
-
-def agma_gear(side: str, apex: bool = True) -> CutFlank:
-    values = REFERENCE["agma929_c"]
-    return generated_gear(
-        agma_blank(),
-        np.radians(values["inputs"]["beta_m2"]),
-        values["inputs"]["rc0"] * MM,
-        values["outputs"]["W_m2"] * MM,
-        np.radians(values["inputs"]["alpha_cv1"]),
-        side,
-        apex,
-    )
-
-
-def test_agma_929_c_tooth_thickness_and_spiral_angle() -> None:
-    values = REFERENCE["agma929_c"]
-    blank = agma_blank()
-    u = np.array([-0.5, 0.0, 0.5]) * blank.face_width
-    flanks = [agma_gear(side).solve(u, np.zeros(3))[0] for side in ("concave", "convex")]
-    spiral = 0.5 * sum(points.angles(blank.pitch_angle)[0] for points in flanks)
-    expected = [values["outputs"]["beta_i"], values["inputs"]["beta_m2"], values["outputs"]["beta_e"]]
-    np.testing.assert_allclose(np.degrees(spiral), expected, atol=0.1)
-    radius = np.hypot(flanks[0].position[0], flanks[0].position[1])
-    slot = np.abs(flanks[0].azimuth - flanks[1].azimuth)
-    thickness = radius * (2.0 * np.pi / blank.teeth - slot) * np.cos(spiral)
-    names = ("sn2_inner", "sn2_mean", "sn2_outer")
-    np.testing.assert_allclose(thickness / MM, [values["outputs"][n] for n in names], rtol=0.01)
-
-
-def test_shipped_gear_agrees_with_agma_929_c(design: Design) -> None:
-    """The ISO blank is 0.161 mm shallower than the AGMA one: the slot is that much narrower at the pitch cone."""
-    values = REFERENCE["agma929_c"]
-    u = np.array([-0.5, 0.0, 0.5]) * design.gear.blank.face_width
-    blank = design.gear.blank
-    shallower = (values["inputs"]["hfm2"] * MM - blank.mean_dedendum) / np.cos(blank.dedendum_angle)
-    wider = 2.0 * np.tan(np.radians(20.0)) * shallower
-    names = ("sn2_inner", "sn2_mean", "sn2_outer")
-    thickness = gear_thickness(design.flanks(), u, np.zeros(3)) - wider
-    np.testing.assert_allclose(thickness / MM, [values["outputs"][n] for n in names], rtol=0.01)
-    spiral = [
-        design.gear.flank(side).solve(u, np.zeros(3))[0].angles(blank.pitch_angle)[0] for side in ("concave", "convex")
-    ]
-    expected = [values["outputs"]["beta_i"], values["inputs"]["beta_m2"], values["outputs"]["beta_e"]]
-    np.testing.assert_allclose(np.degrees(0.5 * (spiral[0] + spiral[1])), expected, atol=0.1)
+def test_gears_of_agma_929_c(design: Design) -> None:
+    """The shipped ISO blank is 0.161 mm shallower than the AGMA one: the slot is that much narrower at the cone."""
+    inputs, outputs, shipped = AGMA["inputs"], AGMA["outputs"], design.flanks()
+    printed = GearFlanks("929 C", {}, {side: agma_gear(side) for side in FLANK_SIDES}, shipped.assembly)
+    shallower = inputs["hfm2"] * MM - design.gear.blank.mean_dedendum
+    wider = 2.0 * np.tan(np.radians(20.0)) * shallower / np.cos(design.gear.blank.dedendum_angle)
+    for flanks, more in ((printed, 0.0), (shipped, wider)):
+        blank = flanks.gear["concave"].blank
+        u = np.array([-0.5, 0.0, 0.5]) * blank.face_width
+        spirals = [flanks.gear[side].solve(u, np.zeros(3))[0].angles(blank.pitch_angle)[0] for side in FLANK_SIDES]
+        expected = [outputs["beta_i"], inputs["beta_m2"], outputs["beta_e"]]
+        np.testing.assert_allclose(np.degrees(np.mean(spirals, axis=0)), expected, atol=0.1)
+        thickness = (gear_thickness(flanks, u, np.zeros(3)) - more) / MM
+        np.testing.assert_allclose(thickness, [outputs[f"sn2_{at}"] for at in ("inner", "mean", "outer")], rtol=0.01)
 
 
 def test_teeth_and_backlash_fill_the_pitch(design: Design) -> None:
@@ -247,22 +169,21 @@ def test_teeth_and_backlash_fill_the_pitch(design: Design) -> None:
         + gear_thickness(design.flanks(), at, at)
         + design.assembly.normal_backlash
     )
-    assert total[0] / MM == pytest.approx(REFERENCE["agma929_c"]["outputs"]["p_n"], rel=2e-3)
+    assert total[0] / MM == pytest.approx(AGMA["outputs"]["p_n"], rel=2e-3)
 
 
 def test_machine_centre_and_roll_ratio_must_agree() -> None:
     """With the centre at the root apex and the ratio of the pitch apex both pressure angles are about 2.5 deg off."""
-    blank = agma_blank()
     at = np.zeros(1)
-    for side in ("concave", "convex"):
-        right = agma_gear(side).solve(at, at)[0].angles(blank.pitch_angle)[1]
-        wrong = agma_gear(side, apex=False).solve(at, at)[0].angles(blank.pitch_angle)[1]
-        assert np.degrees(right[0]) == pytest.approx(20.0, abs=0.2)
-        assert np.degrees(right[0] - wrong[0]) == pytest.approx(2.5, abs=0.4)
+    for side in FLANK_SIDES:
+        gears = agma_gear(side), agma_gear(side, "root apex")
+        right, wrong = (np.degrees(gear.solve(at, at)[0].angles(gear.blank.pitch_angle)[1][0]) for gear in gears)
+        assert right == pytest.approx(20.0, abs=0.2)
+        assert right - wrong == pytest.approx(2.5, abs=0.4)
 
 
 def test_generated_gear_38x51() -> None:
-    values = REFERENCE["generated_gear_38x51"]
+    values = GEOMETRY["generated_gear_38x51"]
     b, g = values["blank"], values["gear"]
     pitch_angle = np.arctan2(b["z2"], b["z1"])
     half = 0.5 * b["face_width"]
@@ -303,7 +224,7 @@ def test_generated_gear_38x51() -> None:
 
 def test_blank_of_iso_23509_f2(design: Design) -> None:
     """Depths at toe and heel, tip diameters and crown positions from the cones, to the printed digit."""
-    out = REFERENCE["iso23509_f2"]["outputs"]
+    out = GEOMETRY["iso23509_f2"]["outputs"]
     for member, number in ((design.pinion, 1), (design.gear, 2)):
         blank = member.blank
         ends = np.array([-0.5, 0.5]) * blank.face_width

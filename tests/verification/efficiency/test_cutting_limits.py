@@ -6,13 +6,11 @@ from functools import cache
 import numpy as np
 import pytest
 from flank_curvature import flank_curvature
+from reference_flanks import hobbed_pinion
 from scipy.interpolate import CubicSpline
 
-from efficiency.cutting.blank import Blank
-from efficiency.cutting.cutter import Blade
-from efficiency.cutting.flank import CutFlank, index_start
+from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.limits import FlankLimits, columns, fillet, flank_limits
-from efficiency.cutting.machine import MachineSettings
 from efficiency.design.design import load_design
 
 
@@ -27,48 +25,9 @@ def bevel_gear(side: str) -> CutFlank:
     return replace(flank, blade=replace(flank.blade, edge_radius=0.8e-3), machine=machine)
 
 
-def hobbed_pinion(edge_radius: float) -> CutFlank:
-    """Concave pinion flank of a face-hobbed pair 9 x 34, offset 31.75 mm, settings of FACE_HOBBED_RECIPE variant A."""
-    pitch_angle, cone = 0.43222984, 0.0611696367
-    blank = Blank(
-        teeth=9,
-        pitch_angle=pitch_angle,
-        mean_cone_distance=cone,
-        face_width=0.031139,
-        mean_addendum=0.00584,
-        mean_dedendum=0.003222,
-        addendum_angle=0.0,
-        dedendum_angle=0.0,
-        pitch_apex_beyond_crossing=cone * np.cos(pitch_angle) - 0.06817679,
-    )
-    machine = MachineSettings(
-        0.10348436,
-        np.radians(-67.4911),
-        0.0,
-        3.61716,
-        np.radians(25.2058),
-        np.radians(-19.9986),
-        0.02972296,
-        0.02090746,
-        -0.00132199,
-    )
-    blade = Blade(
-        0.076,
-        np.radians(16.2094),
-        "concave",
-        -0.417,
-        reference_height=0.003222,
-        radius_offset=0.90175e-3,
-        groups=13,
-        offset_angle=-0.351695,
-        edge_radius=edge_radius,
-    )
-    return CutFlank(blade, machine, blank, index_start(machine, blank))
-
-
 @cache
 def limits(edge_radius: float = 0.0) -> FlankLimits:
-    return flank_limits(hobbed_pinion(edge_radius))
+    return flank_limits(hobbed_pinion("concave", edge_radius=edge_radius))
 
 
 def tooth_boundary(flank: CutFlank, u: float, h: float, part: str) -> tuple[float, float]:
@@ -134,7 +93,7 @@ def test_fillet_joins_the_flank_with_its_tangent_plane_and_ends_square_to_the_ro
 
 def test_undercut_is_where_the_curvature_has_no_bound() -> None:
     """Independent of the regression condition: a principal radius of the flank vanishes at the edge of regression."""
-    flank, found = hobbed_pinion(0.0), limits()
+    flank, found = hobbed_pinion("concave", edge_radius=0.0), limits()
     at = np.flatnonzero(found.undercut)[:4]
     u = found.u[at]
     start, _ = flank.solve(u, flank.blank.height(u, np.full(u.size, 0.6)))
@@ -169,7 +128,7 @@ def test_undercut_of_the_hobbed_pinion_lies_at_its_toe() -> None:
 
 def test_flank_and_fillet_are_what_all_positions_of_the_blade_leave() -> None:
     """Undercut station: above the crossing the flank stands, below it the fillet, each the deepest cut of all rolls."""
-    flank, found = hobbed_pinion(0.8e-3), limits(0.8e-3)
+    flank, found = hobbed_pinion("concave", edge_radius=0.8e-3), limits(0.8e-3)
     for k in (0, 9):
         u, edge = float(found.u[k]), float(found.start[k])
         for h in (edge + 0.2e-3, edge + 1.5e-3):
@@ -186,7 +145,7 @@ def test_flank_and_fillet_are_what_all_positions_of_the_blade_leave() -> None:
 
 
 def test_fillet_and_undercut_flank_change_over_at_the_height_named() -> None:
-    flank, found = hobbed_pinion(0.2e-3), limits(0.2e-3)
+    flank, found = hobbed_pinion("concave", edge_radius=0.2e-3), limits(0.2e-3)
     u, start, lost = float(found.u[0]), float(found.start[0]), float(found.undercut_depth[0])
     assert lost > 1e-5
     for h, deeper in ((start + 0.5 * lost, "flank"), (start - 0.5 * lost, "fillet")):

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from flank_curvature import flank_curvature
+from reference_flanks import hobbed_gear, hobbed_pinion
 from twins.random_blanks import deeper, run_cutter
 
-from efficiency.cutting.blank import Blank
-from efficiency.cutting.cutter import Blade, Relief
+from efficiency.cutting.cutter import Relief
 from efficiency.cutting.flank import CutFlank, FlankPoints, index_start
-from efficiency.cutting.machine import FORMATE, GENERATED, MachineSettings
+from efficiency.cutting.machine import FORMATE, GENERATED
 from efficiency.design.design import load_design
 from ehl.common.errors import ConvergenceError
 
@@ -40,59 +40,13 @@ def tilted_mill() -> CutFlank:
     return replace(flank, machine=machine)
 
 
-def hob(generated: bool) -> CutFlank:
-    """Flank of a face-hobbed hypoid pair 9 x 34: generated pinion of a tilted head, or Formate gear."""
-    if generated:
-        angle, cone = 24.76494587 * DEG, 0.0611696
-        apex = cone * np.cos(angle) - 0.0681769
-        blank = Blank(
-            teeth=9,
-            pitch_angle=angle,
-            mean_cone_distance=cone,
-            face_width=0.031139,
-            mean_addendum=0.00584,
-            mean_dedendum=0.003222,
-            addendum_angle=0.0,
-            dedendum_angle=0.0,
-            pitch_apex_beyond_crossing=apex,
-        )
-        machine = MachineSettings(
-            0.10348436, -67.4911 * DEG, 0.0, 3.61716, 25.2058 * DEG, -19.9986 * DEG, 0.02972296, 0.02090746, -0.00132199
-        )
-        blade = Blade(0.076, 24.9179 * DEG, "convex", 1.47, 0.003222, radius_offset=-0.0018, groups=13)
-        blade = replace(blade, offset_angle=-20.1507 * DEG, rake=-3.0 * DEG, hook=-5.0 * DEG)
-    else:
-        angle = 63.2125 * DEG
-        blank = Blank(
-            teeth=34,
-            pitch_angle=angle,
-            mean_cone_distance=0.082168,
-            face_width=0.026,
-            mean_addendum=0.002215,
-            mean_dedendum=0.006847,
-            addendum_angle=0.0,
-            dedendum_angle=0.0,
-            pitch_apex_beyond_crossing=0.011836,
-        )
-        machine = MachineSettings(
-            0.11108769,
-            43.1623 * DEG,
-            angle,
-            0.0,
-            sliding_base=-0.006847,
-            machine_centre_to_back=0.011836,
-            generation=FORMATE,
-        )
-        blade = Blade(0.076, 24.1269 * DEG, "concave", 0.0, 0.006847, groups=13, offset_angle=20.1507 * DEG)
-    return CutFlank(blade, machine, blank, index_start(machine, blank))
-
-
+HOB, GEAR = hobbed_pinion("convex", rake=-3.0 * DEG, hook=-5.0 * DEG), hobbed_gear("concave")
 FLANKS = {
     "face-milled": mill(),
     "face-milled, all motions": tilted_mill(),
     "face-milled, Formate": replace(mill(), machine=replace(mill().machine, generation=FORMATE)),
-    "face-hobbed, generated, rake and hook": hob(True),
-    "face-hobbed, Formate": hob(False),
+    "face-hobbed, generated, rake and hook": HOB,
+    "face-hobbed, Formate": GEAR,
 }
 
 
@@ -244,13 +198,12 @@ def test_toprem_and_flankrem_take_material_at_root_and_tip_only() -> None:
 
 def test_mirror_image_of_a_hobbed_member() -> None:
     """The other hand: settings that lie to the side change sign, indexing does not; the flank is the mirror image."""
-    right = hob(True)
-    m, b = right.machine, right.blade
+    m, b = HOB.machine, HOB.blade
     machine = replace(m, cradle_angle=-m.cradle_angle, swivel=-m.swivel, blank_offset=-m.blank_offset)
     blade = replace(b, offset_angle=-b.offset_angle, phase=-b.phase, rake=-b.rake, hook=-b.hook)
-    left = CutFlank(blade, machine, right.blank, index_start(machine, right.blank))
-    u, h = grid(right)
-    one, other = solved(right, u, h), solved(left, u, h)
+    left = CutFlank(blade, machine, HOB.blank, index_start(machine, HOB.blank))
+    u, h = grid(HOB)
+    one, other = solved(HOB, u, h), solved(left, u, h)
     mirror = np.array([[1.0], [-1.0], [1.0]])
     np.testing.assert_allclose(other.position, mirror * one.position, atol=1e-12)
     np.testing.assert_allclose(other.normal, mirror * one.normal, atol=1e-10)
@@ -258,11 +211,10 @@ def test_mirror_image_of_a_hobbed_member() -> None:
 
 def test_face_hobbing_without_indexing_is_face_milling() -> None:
     """A head of no groups: the offset blade plane sweeps a hyperboloid, close to the cone of a face mill."""
-    gear = hob(False)
-    still = replace(gear, blade=replace(gear.blade, groups=0, offset_angle=0.0))
+    still = replace(GEAR, blade=replace(GEAR.blade, groups=0, offset_angle=0.0))
     flat = replace(still, blade=replace(still.blade, reference_height=0.0, point_radius=still.blade.point_radius))
-    lifted = gear.blade.reference_height * np.tan(gear.blade.blade_angle)
-    flat = replace(flat, blade=replace(flat.blade, point_radius=gear.blade.point_radius - lifted))
+    lifted = GEAR.blade.reference_height * np.tan(GEAR.blade.blade_angle)
+    flat = replace(flat, blade=replace(flat.blade, point_radius=GEAR.blade.point_radius - lifted))
     u, h = grid(still)
     np.testing.assert_allclose(solved(still, u, h).position, solved(flat, u, h).position, atol=1e-14)
 
