@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from efficiency.loss import contact_sample as module
-from efficiency.loss.contact_sample import LIGHT_SHARE, coordinates, divide, nearest, predict, spread, worth_solving
+from efficiency.loss.contact_sample import LIGHT_SHARE, coordinates, nearest, predict, spread, worth_solving
 from ehl.state import ContactState
 
 
@@ -102,27 +102,6 @@ def test_points_that_are_spread() -> None:
     assert gaps.min() >= covered.max() - 1e-12
     np.testing.assert_array_equal(nearest(place[chosen], place[chosen]), np.arange(30))
     assert spread(place[:1].repeat(5, axis=0), np.ones(5), 3).size == 1
-
-
-def test_points_are_added_where_the_loss_is_uncertain() -> None:
-    place, _ = family(400)
-    power = np.ones(400)
-    able = np.arange(0, 400, 2)
-    contacts = spread(place, power, 20)
-    near = nearest(place, place[contacts])
-    parts = np.zeros(20)
-    parts[[3, 7]] = 1.0, 0.8
-    added = divide(place, power, able, contacts, parts, 6)
-    assert np.unique(added).size == 6
-    assert set(added) <= set(able) - set(contacts)
-    # all in the neighbourhood of both contacts, and no nearer to each other than to these
-    assert set(near[added]) == {3, 7}
-    gaps = np.sqrt(((place[added][:, None] - place[added][None]) ** 2).sum(axis=2)) + np.eye(6)
-    assert gaps.min() > 0.1
-    # no power, no worth; and nothing is left where every able point is a contact
-    idle = np.where(near == 3, 0.0, 1.0)
-    assert set(near[divide(place, idle, able, contacts, parts, 2)]) == {7}
-    assert divide(place, power, contacts, contacts, parts, 4).size == 0
 
 
 def test_coordinates_know_the_texture() -> None:

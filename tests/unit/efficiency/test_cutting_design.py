@@ -7,6 +7,7 @@ import pytest
 from refusals import refuses
 
 from efficiency.contact.conjugate import ConjugateFlank
+from efficiency.contact.flank_pair import flank_pair
 from efficiency.contact.grid_flank import GridFlank
 from efficiency.cutting.flank import CutFlank, Flank
 from efficiency.design.design import Design, load_design
@@ -122,19 +123,6 @@ def test_face_hobbed_formate_gear(tmp_path: Path) -> None:
     assert np.degrees(convex.blade.phase) == pytest.approx(-9.0)
 
 
-def test_head_of_a_left_hand_member_is_the_mirror_image(tmp_path: Path) -> None:
-    right = load(tmp_path, HOBBED)
-    left = right.gear.convex.cutter.blade("convex", "left")  # type: ignore[union-attr]
-    own = cut(right.gear.flank("convex")).blade
-    assert (left.offset_angle, left.phase, left.rake, left.hook) == (
-        -own.offset_angle,
-        -own.phase,
-        -own.rake,
-        -own.hook,
-    )
-    assert (left.radius_offset, left.point_radius) == (own.radius_offset, own.point_radius)
-
-
 def test_point_radius_belongs_to_the_tip_plane(tmp_path: Path) -> None:
     """A reference height changes where a curved edge has its angle, not where the tangent meets the tip plane."""
     text = COMPLETING.replace('edge_radius = "0.04 in"', 'reference_height = "4 mm"')
@@ -206,11 +194,19 @@ def test_pinion_given_by_points(tmp_path: Path) -> None:
 
 
 def test_pinion_given_by_an_ease_off(tmp_path: Path) -> None:
-    relief = 'ease_off = { lengthwise_crowning = "40 um", profile_crowning = "12 um", bias = 0.1 }'
-    design = load(tmp_path, pinion_given({"concave": relief, "convex": "ease_off = {}"}))
+    """Amounts, a table of points and a term of third order."""
+    rows = "".join(f"{x},{y},{5.0 * x * x + 2.0 * y}\n" for x in (-1.0, -0.5, 0.0, 0.5, 1.0) for y in (-1.0, 0.0, 1.0))
+    (tmp_path / "map.csv").write_text(f"# um\nlength,depth,ease_off\n{rows}", encoding="utf-8")
+    relief = 'lengthwise_crowning = "35 um", profile_crowning = "12 um", map = "map.csv"'
+    relief += ', terms = [{ length_power = 3, depth_power = 0, relief = "2 um" }]'
+    given = {"concave": f"ease_off = {{ {relief} }}", "convex": "ease_off = {}"}
+    design = load(tmp_path, pinion_given(given))
     pinion, gear = design.flanks().mating("drive")
     assert isinstance(pinion, ConjugateFlank)
     assert (pinion.side, gear.side) == ("concave", "convex")
+    pair = flank_pair(design.flanks())
+    assert 10.0 < np.degrees(pair.transmission.peak_to_peak) * 3600.0 < 20.0
+    assert "not cut by settings" in pair.notes[0]
     # misalignment moves the members, it does not make another pinion
     moved = design.with_misalignment(E=1e-4)
     at = np.zeros(1)

@@ -11,7 +11,6 @@ from efficiency.cutting.machine import GeneratedMachine
 from efficiency.cutting.process import FaceMillingCutter
 from efficiency.cutting.summary import parse_summary, read_summary
 from efficiency.design.design import MemberInput
-from ehl.common.errors import InputError
 
 # gear of the Gleason sheet 74782608 (meshingwithgears.com/cpchyp16.html), typed off as an operator would
 SHEET = """
@@ -123,42 +122,26 @@ def test_cradle_angle_takes_its_sign_from_the_hand(angle: float, hand: str, expe
     assert summary.tables["pinion"]["machine"]["cradle_angle"] == f"{expected!r} deg"
 
 
-def test_labels_with_units_and_colons_and_angles_with_seconds() -> None:
-    text = (
-        "member = gear\nprocess: formate\nRadial Distance (mm):, 116.573\ncradle angle; 60° 27' 54\"\nhelical motion, 0"
-    )
-    found = parse_summary(text, {"gear": "right"})
-    machine = found.tables["gear"]["machine"]
-    assert (machine["radial_setting"], machine["cradle_angle"]) == ("116.573 mm", "60.465 deg")
-    assert len(found.left_out) == 1
-
-
 def test_test_rolls_give_the_ratio() -> None:
     tables = parse_summary("member, gear\ncradle test roll, 30\nwork test roll, 29.95").tables
     assert tables["gear"]["machine"]["roll_ratio"] == pytest.approx(29.95 / 30.0)
 
 
 @pytest.mark.parametrize(
-    ("text", "field", "allowed"),
+    ("text", "field"),
     [
-        ("teeth, 41", "line 1", "member, pinion"),
-        ("member, sun", "line 1", "pinion, gear"),
-        ("member, gear\nradial, 4.1", "line 2 (radial)", "units, inch"),
-        ("units, furlong", "line 1", "inch"),
-        ("member, gear\nradial, 4.1 deg", "line 2 (radial)", "10 mm"),
-        ("member, gear\nradial, long", "line 2 (radial)", "10 mm"),
-        ("member, gear\nteeth, 41.5", "line 2 (teeth)", "whole number"),
-        ("member, gear\nhand, middle", "line 2 (hand)", "left"),
-        ("member, gear\nnc/75, 0.5", "gear: nc/75", "teeth"),
-        ("member, gear\nflank, upper", "line 2", "concave"),
-        ("member, pinion\nteeth, inf", "line 2 (teeth)", "finite number"),
+        ("teeth, 41", "line 1"),
+        ("member, gear\nradial, 4.1", "line 2 (radial)"),
+        ("member, gear\nradial, 4.1 deg", "line 2 (radial)"),
+        ("member, gear\nradial, long", "line 2 (radial)"),
+        ("member, gear\nnc/75, 0.5", "gear: nc/75"),
+        ("member, pinion\nteeth, inf", "line 2 (teeth)"),
     ],
 )
-def test_bad_lines_are_named(text: str, field: str, allowed: str) -> None:
-    with pytest.raises(InputError) as caught:
+def test_bad_lines_are_named(text: str, field: str) -> None:
+    """Others are in test_mistakes."""
+    with refuses(field):
         parse_summary(text)
-    assert caught.value.field == field
-    assert allowed in str(caught.value)
 
 
 def test_missing_file(tmp_path: Path) -> None:

@@ -70,13 +70,6 @@ def test_forces_are_those_of_statics_at_the_mean_point(name: str, side: str) -> 
             assert shaft.radial.mean() == pytest.approx(radial, abs=near * tangential)
 
 
-def test_stiffness_is_the_derivative_of_the_torque() -> None:
-    """Central difference of the approach over two torques at each position."""
-    mesh = loaded("fm_spiral_bevel_14x39", torque=200.0).mesh
-    low, high = ([p.approach for p in mesh.load(torque).grids.fine.positions] for torque in (199.0, 201.0))
-    np.testing.assert_allclose(2.0 / np.subtract(high, low), mesh.load(200.0).forces().stiffness, rtol=2e-3)
-
-
 def test_parallel_axes() -> None:
     """A helical pair has equal and opposite axial forces, T tan(beta)/r of the pitch circle at constant torque."""
     forces = efficiency.load("eaxle_helical_23x75").mesh().load().forces()
