@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from samples import contact_case
 from small_plans import sweep_plan
 
 import ehl
@@ -42,24 +43,9 @@ def test_card_holds_what_was_measured(trace: Path, tmp_path: Path) -> None:
     assert finish.measured.rsm == measured.rsm
     power = np.trapezoid(finish.measured.spectral_density, finish.measured.frequency)
     assert power == pytest.approx(measured.roughness_rms**2, rel=0.15)
-    with pytest.raises(InputError, match="run_in"):
-        Finish.load(str(card), "new")
-    with pytest.raises(InputError, match="does not exist"):
-        Finish.load(str(tmp_path / "none.toml"))
-
-
-def test_card_of_a_map_knows_the_lay(tmp_path: Path) -> None:
-    """Marks along y: 1/e of the correlation is four times as far along them as across."""
-    points, lines = 240, 240
-    waves = np.fft.rfft2(np.random.default_rng(4).standard_normal((lines, points)))
-    ky, kx = np.fft.fftfreq(lines)[:, None], np.fft.rfftfreq(points)[None, :]
-    heights = np.fft.irfft2(waves * np.exp(-0.5 * (np.pi * 4.0 * kx) ** 2 - 0.5 * (np.pi * 16.0 * ky) ** 2))
-    path = tmp_path / "map.txt"
-    head = "# Channel: Height\n# Width: 240 µm\n# Height: 240 µm\n# Value units: m\n"
-    rows = "\n".join("\t".join(f"{1e-7 * z / heights.std():.4e}" for z in row) for row in heights)
-    path.write_text(head + rows + "\n", encoding="utf-8")
-    finish = Finish.from_profile(path)
-    assert finish.lay_ratio.value == pytest.approx(4.0, rel=0.3)
+    for names in ((card, "new"), (tmp_path / "none.toml",)):
+        with pytest.raises(InputError):
+            Finish.load(*map(str, names))
 
 
 def test_card_is_accepted_where_a_finish_is(
@@ -70,22 +56,13 @@ def test_card_is_accepted_where_a_finish_is(
     assert outcome.code == 0, outcome.err
     assert mixed_ehl("new", "finish", trace, "-o", "mine.toml").code == 2
     finish = Finish.load("mine.toml")
-    contact = ehl.Contact(
-        oil="75w90",
-        temperature="90 degC",
-        pressure_hertz="1 GPa",
-        radius_equivalent="10 mm",
-        speed_entrainment="5 m/s",
-        finish="mine.toml",
-    )
-    assert contact.surface.roughness_rms_1 == finish.roughness_rms.value
-    assert contact.surface.correlation_length == pytest.approx(finish.correlation_length.value)
     content = sweep_plan("own")
     del content["variables"]["roughness_rms"]
     content["surface"] = {"finish": "mine.toml"}
     _, case = next(validate(Plan, content).cases())
-    assert case.surface.roughness_rms_1 == finish.roughness_rms.value
-    assert case.surface.correlation_length == pytest.approx(finish.correlation_length.value)
+    for contact in (case, contact_case(surface={"finish": "mine.toml"})):
+        assert contact.surface.roughness_rms_1 == finish.roughness_rms.value
+        assert contact.surface.correlation_length == pytest.approx(finish.correlation_length.value)
     design = load_design("fm_spiral_bevel_14x39").with_finish("mine.toml")
     assert design.pinion.roughness_rms == finish.roughness_rms.value
     assert design.gear.surface_finish() == finish

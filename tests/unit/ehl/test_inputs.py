@@ -10,7 +10,7 @@ from refusals import refuses
 
 from ehl.common.validation import validate
 from ehl.contact import Contact
-from ehl.fluid.lubricant_inputs import DirectLubricant, OilLubricant
+from ehl.fluid.lubricant_inputs import OilLubricant
 from ehl.inputs import SurfaceInput
 from ehl.surface.measured_profile import load_profile
 
@@ -30,42 +30,6 @@ def changed(change: Callable[[dict[str, Any]], object]) -> dict[str, Any]:
     content = copy.deepcopy(BASE)
     change(content)
     return content
-
-
-def test_the_documented_file_is_read(tmp_path: Path) -> None:
-    """The input file printed in the README, key for key."""
-    path = tmp_path / "case.toml"
-    path.write_text(
-        """
-        [contact]
-        radius_equivalent = "10 mm"
-        effective_modulus = "226.4 GPa"
-        pressure_hertz = "1.0 GPa"
-        speed_entrainment = 5.0
-        slide_to_roll = 0.3
-        speed_sliding_lengthwise = 0.0
-        [lubricant]
-        viscosity_inlet = 0.04
-        pressure_viscosity = "18 1/GPa"
-        viscosity_law = "roelands"
-        density_law = "dowson_higginson"
-        rheology = "eyring"
-        eyring_stress = "5 MPa"
-        [surface]
-        roughness_rms_1 = 0.0
-        roughness_rms_2 = 0.0
-        correlation_length = "30 um"
-        [model]
-        thermal = "off"
-        accuracy = "standard"
-        """
-    )
-    case = Contact.from_file(path)
-    contact = case.line_contact()
-    assert contact.pressure_hertz == pytest.approx(1e9)
-    assert contact.load_per_length == pytest.approx(277525.85279061773)
-    assert isinstance(case.lubricant, DirectLubricant)
-    assert case.lubricant.lubricant().eyring_stress == 5e6
 
 
 def test_oil_and_solids() -> None:
@@ -99,6 +63,8 @@ CARD = {"oil": "fva3", "temperature_oil": "80 degC"}
         (lambda c: c["contact"].update(load_per_length=1e5), "contact.pressure_hertz"),
         (lambda c: c["contact"].pop("pressure_hertz"), "contact.pressure_hertz"),
         (lambda c: c["contact"].update(speed_entrainment=0), "contact.speed_entrainment"),
+        (lambda c: c["contact"].update(effective_modulus=1e9, pressure_hertz=2e9), "contact.pressure_hertz"),
+        (lambda c: c["contact"].update(speed_entrainment=100.0, slide_to_roll=150.0), "contact.slide_to_roll"),
         (lambda c: c["contact"].update(effective_modulus=[]), "contact.effective_modulus"),
         (lambda c: c["lubricant"].update(rheology="maxwell"), "lubricant.rheology"),
         (lambda c: c["lubricant"].update(viscosity_inlet="5 MPa"), "lubricant.viscosity_inlet"),
@@ -129,19 +95,13 @@ def test_bad_input_names_its_field(change: Callable[[dict[str, Any]], object], f
     assert not re.search(r"Input should|instance of|Input tag|\.card|\.direct", str(caught.value))
 
 
-@pytest.mark.parametrize("content", [b"\xff\xfe", b"[contact", b"contact = 1\ncontact = 2"])
-def test_unreadable_files(tmp_path: Path, content: bytes) -> None:
-    path = tmp_path / "case.toml"
-    path.write_bytes(content)
+@pytest.mark.parametrize("content", [b"\xff\xfe", b"[contact", b"contact = 1\ncontact = 2", None, "folder"])
+def test_unreadable_files(tmp_path: Path, content: bytes | str | None) -> None:
+    path = tmp_path if content == "folder" else tmp_path / "case.toml"
+    if isinstance(content, bytes):
+        path.write_bytes(content)
     with refuses("file"):
         Contact.from_file(path)
-
-
-def test_missing_file_and_folder(tmp_path: Path) -> None:
-    with refuses("file"):
-        Contact.from_file(tmp_path / "none.toml")
-    with refuses("file"):
-        Contact.from_file(tmp_path)
 
 
 def test_oil_card_takes_figures_of_its_own() -> None:

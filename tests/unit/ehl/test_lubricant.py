@@ -58,8 +58,13 @@ def test_75w90_lies_between_its_lower_and_upper_case() -> None:
 
 
 @pytest.mark.parametrize("name", data_names("oils"))
-def test_every_card_thins_with_temperature(name: str) -> None:
+def test_every_card_thins_with_temperature_and_states_its_uncertainty(name: str) -> None:
     oil = Oil.load(name)
+    known = oil.uncertainty
+    assert 0.03 <= known.pressure_viscosity <= 0.3
+    assert all(0.0 < getattr(known, key) <= 0.5 for key in ("viscosity", "eyring_stress", "limiting_shear"))
+    assert 0.0 < known.thermal_conductivity <= 0.5
+    assert known.source
     values = [oil.at(KELVIN + celsius) for celsius in (40.0, 60.0, 80.0, 100.0, 120.0)]
     viscosity = [lubricant.viscosity_inlet for lubricant in values]
     alpha = [lubricant.pressure_viscosity for lubricant in values]
@@ -71,11 +76,7 @@ def test_every_card_thins_with_temperature(name: str) -> None:
     assert np.all(np.diff(stress, axis=1) > 0.0)
     assert not oil.at(float(np.mean(oil.temperature_valid))).extrapolated
     assert oil.at(KELVIN - 30.0).extrapolated
-
-
-@pytest.mark.parametrize("name", data_names("oils"))
-def test_temperature_slope_of_every_oil_is_that_of_its_viscosity(name: str) -> None:
-    oil, step = Oil.load(name), 0.03
+    step = 0.03
     for temperature in (-40.0, 0.0, 40.0, 80.0, 130.0, 200.0):
         log_eta = [math.log(oil.viscosity_dynamic(temperature + KELVIN + i * step)) for i in (-2, -1, 1, 2)]
         # five points: wrong by the fourth power of the step
@@ -83,9 +84,7 @@ def test_temperature_slope_of_every_oil_is_that_of_its_viscosity(name: str) -> N
         assert oil.temperature_viscosity(temperature + KELVIN) == pytest.approx(-slope, rel=1e-10)
 
 
-def test_unknown_oil_and_temperature_out_of_range() -> None:
-    with refuses("oil"):
-        Oil.load("snake_oil")
+def test_temperature_out_of_range() -> None:
     with refuses("temperature_oil"):
         Oil.load("fva3").at(80.0)
 

@@ -116,23 +116,6 @@ def test_travel_of_each_mesh(spreads: tuple[float, ...], change: dict[str, float
 
 
 @pytest.mark.parametrize(
-    ("spreads", "rolled", "level"),
-    [
-        ((1e-4, 1e-9), (12.0, 8.0), 0),
-        ((1e-4, 1.9e-4), (12.0, 8.0), 0),  # 1e-4/12/16/10 against 1.9e-4/8/12/40
-        ((1e-4, 2.1e-4), (12.0, 8.0), 1),
-        ((1e-9, 1e-4), (12.0, 12.0), 0),  # the coarser mesh comes first
-        ((1e-9, 1e-4), (16.0, 12.0), 1),
-        ((1e-4, 1e-5), (96.0, 8.0), 1),  # the coarse mesh is full
-        ((1e-4, 1e-7), (96.0, 8.0), -1),  # and the other below a twentieth
-        ((1e-4, 1e-4), (96.0, 96.0), -1),
-    ],
-)
-def test_mesh_whose_next_block_gains_most(spreads: tuple[float, ...], rolled: tuple[float, ...], level: int) -> None:
-    assert counted(PLAN, spreads, rolled)._worthiest(PLAN.window_max) == level
-
-
-@pytest.mark.parametrize(
     ("change", "budget", "needed"),
     [(0.006, 442.0, True), (-0.006, 442.0, True), (0.0049, 442.0, False), (0.006, 440.0, False)],
 )

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from refusals import refuses
 
-from ehl.common.data import data_names, data_path
+from ehl.common.data import data_path
 from ehl.common.validation import read_toml, validate
 from ehl.fluid.lookup import law_table
 from ehl.fluid.lubricant import Lubricant
@@ -37,15 +37,6 @@ def test_the_solvers_table_has_the_factor() -> None:
     plain, thick = (law_table(replace(LAWS["modulus"], pressure_rise_factor=f), 1e9, True) for f in (1.0, 1.2))
     np.testing.assert_allclose(thick.row[:, 0], 1.2 * plain.row[:, 0], rtol=1e-12)
     assert not np.allclose(thick.sheet, plain.sheet)
-
-
-@pytest.mark.parametrize("name", data_names("oils"))
-def test_every_card_says_how_well_it_is_known(name: str) -> None:
-    known = Oil.load(name).uncertainty
-    assert 0.03 <= known.pressure_viscosity <= 0.3
-    for value in (known.viscosity, known.eyring_stress, known.limiting_shear, known.thermal_conductivity):
-        assert 0.0 < value <= 0.5
-    assert known.source
 
 
 @pytest.mark.parametrize("steps", [-1.0, 2.0])

@@ -9,7 +9,6 @@ from openpyxl import load_workbook
 from pages import read_page
 from refusals import refuses
 
-from ehl.common.errors import InputError
 from ehl.common.notes import Note, NoteKind, group_notes, notes_table
 from ehl.common.pages import Reportable, TableResult
 from ehl.common.sections import Code, Folded, Head, KeyFigures, MainResult, Medium, Notes, Picture, Row, Section, Text
@@ -85,13 +84,14 @@ def test_suffix_chooses_the_kind_of_file(tmp_path: Path, capsys: pytest.CaptureF
     assert "<svg" in (tmp_path / "main.svg").read_text(encoding="utf-8")
     axes = figure().axes[0]
     assert result.plot(axes) is axes
-    for refused in (lambda: result.report(tmp_path / "r.doc"), lambda: result.write(report=tmp_path / "r.xlsx")):
-        with pytest.raises(InputError) as error:
-            refused()
-        assert error.value.field == "report"
-    with pytest.raises(InputError) as error:
+    (tmp_path / "file").write_text("")
+    for place in ("r.doc", "file/page.html"):
+        with refuses("report"):
+            result.report(tmp_path / place)
+    with refuses("report"):
+        result.write(report=tmp_path / "r.xlsx")
+    with refuses("figure"):
         result.figure("nothing")
-    assert error.value.field == "figure"
     result.show()
     shown = capsys.readouterr().out
     for part in ("cap", "a note", "warning", "hot"):
@@ -111,9 +111,8 @@ def test_a_table_is_a_result(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     assert single._repr_html_().startswith("<table>")
     single.show()
     assert "films" in capsys.readouterr().out
-    with pytest.raises(InputError) as error:
+    with refuses("plot"):
         single.plot()
-    assert error.value.field == "plot"
 
 
 def test_notes_that_differ_in_numbers_and_places_are_one_row() -> None:
@@ -133,12 +132,7 @@ def test_notes_that_differ_in_numbers_and_places_are_one_row() -> None:
         ("warning", 2, "90 N m"),
         ("warning", 2, "70 N m"),
     ]
-    assert [note.text.split(" (")[0] for note in notes] == [
-        "2.1 GPa: the teeth yield",
-        "edges carry 11 % of the torque",
-        "safety 0.8 below 1",
-        "another kind at 5 of 24 places, near the tip",
-    ]
+    assert [said.index((note.where, note.text)) for note in notes] == [6, 1, 4, 3]  # the worst of each kind
     assert notes_table(notes, 4).rows[1][1:3] == ("2 of 4", "90 N m")
     assert group_notes([], KINDS) == []
 
@@ -153,9 +147,3 @@ def test_of_cases_that_say_the_same_none_is_the_worst(capsys: pytest.CaptureFixt
     )
     notes_table([], 3).print()
     assert capsys.readouterr().out == ""
-
-
-def test_unwritable_page(tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("")
-    with refuses("report"):
-        Result().report(tmp_path / "file" / "page.html")
