@@ -146,7 +146,6 @@ MISTAKES = [
     (HOBBED, "blade_groups = 13", "blade_groups = 0", "concave.cutter.blade_groups"),
     (HOBBED, "blade_groups = 13", "", "concave.cutter.blade_groups"),
     (HOBBED, '_offset_angle = "18 deg"', '_offset_angle = "80 deg"', "concave.cutter.blade_offset_angle"),
-    (HOBBED, 'cradle_angle = "50 deg"', 'cradle_angle = "-50 deg"', "concave.machine.cradle_angle"),
     (HOBBED, 'height = "1.5 mm"', 'height = "0.5 mm"', "concave.cutter.edge_radius"),
     (HOBBED, "flankrem = {", 'toprem = { height = "7 mm", radius = "9 mm" }\nflankrem = {',
      "convex.cutter.flankrem.height"),

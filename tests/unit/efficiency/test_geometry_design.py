@@ -40,7 +40,6 @@ MISTAKES = [
     ("teeth = 14", "teeth = 41", "pinion.blank.teeth"),
     ("teeth = 14", "", "pinion.blank.teeth"),
     ('hand = "left"', 'hand = "right"', "pinion.concave.machine.cradle_angle"),
-    ('process = "generated"', 'process = "formate"', "pinion.concave.machine.roll_ratio"),
     ('process = "generated"', 'process = "hand filed"', "pinion.concave.machine.process"),
     ('type = "face_milling"', 'type = "face_hobbing"', "pinion.concave.cutter.cutter_radius"),
     ('type = "face_milling"', "", "pinion.concave.cutter.type"),
