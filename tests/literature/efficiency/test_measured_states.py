@@ -5,7 +5,6 @@ import re
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 import efficiency
 from efficiency.loss.efficiency import measured_states
@@ -40,17 +39,14 @@ def test_range_holds_the_points_of_the_measured_states() -> None:
         assert high < 1.15 * max(values)
 
 
-@pytest.mark.fast
 def test_gear_at_high_speed_is_outside() -> None:
-    loaded = efficiency.load("fm_spiral_bevel_14x39_relieved").mesh().load("200 N m")
+    loaded = efficiency.load("fm_spiral_bevel_14x39_relieved").mesh(positions=6, points_per_line=11).load("200 N m")
     inside, outside = (loaded.efficiency("constant:0.05", speed=speed) for speed in ("1200 rpm", "16000 rpm"))
     assert inside.friction_range.measured_share > 0.9
     assert outside.friction_range.measured_share == 0.0
-    assert outside.to_dict()["friction_range"]["measured_share"] == 0.0
     assert loaded.efficiency("constant:0", speed="1200 rpm").friction_range.measured_share > 0.9
 
 
-@pytest.mark.fast
 def test_deviation_is_that_of_the_page() -> None:
     page = (ROOT / "docs" / "validation_truth.md").read_text(encoding="utf-8")
     row = re.search(r"\| mean mesh friction \| (\d+) \| \+(\d+) % \| (\d+) %", page)

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.optimize import newton
 
 from efficiency.blanks.inputs import load_blank
 from efficiency.blanks.pair import pair_blank
@@ -23,9 +24,17 @@ def geometry(name: str, generated: bool, left_hand_gear: bool = False) -> PairDi
     return pair_dimensions(replace(pair_blank(inputs), gear_cutting="generated" if generated else "formate"))
 
 
-@pytest.mark.parametrize("left_hand_gear", [False, True])
 @pytest.mark.parametrize("generated", [False, True])
-@pytest.mark.parametrize("name", ["fh_hypoid_9x34", "fm_hypoid_13x42", "fh_spiral_bevel_12x37", "iso23509_f2"])
+@pytest.mark.parametrize(
+    ("name", "left_hand_gear"),
+    [
+        ("fh_hypoid_9x34", False),
+        ("fh_hypoid_9x34", True),
+        ("fm_hypoid_13x42", False),
+        ("fh_spiral_bevel_12x37", True),
+        ("iso23509_f2", False),
+    ],
+)
 def test_the_mirrored_gear_cutter_cuts_the_conjugate_pinion(name: str, generated: bool, left_hand_gear: bool) -> None:
     pair = geometry(name, generated, left_hand_gear)
     gear = cut_gear(pair)
@@ -129,17 +138,15 @@ def test_root_line_is_the_lowest_point_of_the_tip() -> None:
 
 def _lowest(flank: CutFlank, root: RootLine, k: int, near: np.ndarray) -> float:
     """Lowest height of the tip circle at a station, by scanning the cradle roll around the solution."""
+
+    def place(angle: float, phi: float) -> np.ndarray:
+        point = flank.sweep(np.array([[0.0], [angle], [phi]]))[0]
+        return np.real(flank.blank.coordinates(np.hypot(point[0], point[1]), point[2]))[:, 0]
+
     heights = []
     for phi in near[1] + np.linspace(-0.01, 0.01, 21):
-        th = float(near[0])
-        for _ in range(20):
-            u, slope = [], 1e-6
-            for angle in (th, th + slope):
-                point = flank.sweep(np.array([[0.0], [angle], [phi]]))[0]
-                u.append(flank.blank.coordinates(np.hypot(point[0], point[1]), point[2])[0][0])
-            th -= (u[0] - root.u[k]) * slope / (u[1] - u[0])
-        point = flank.sweep(np.array([[0.0], [th], [phi]]))[0]
-        heights.append(flank.blank.coordinates(np.hypot(point[0], point[1]), point[2])[1][0] - root.height[k])
+        angle = newton(lambda angle, phi=phi: place(angle, phi)[0] - root.u[k], near[0], x1=near[0] + 1e-6, tol=1e-12)
+        heights.append(place(angle, phi)[1] - root.height[k])
     best = int(np.argmin(heights))
     assert 0 < best < 20
     return float(heights[best])
