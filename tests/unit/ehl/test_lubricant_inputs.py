@@ -1,6 +1,5 @@
 """Shear laws in the input file: what each asks for, and what it makes of the lubricant."""
 
-import math
 from pathlib import Path
 from typing import Any
 
@@ -43,9 +42,9 @@ def test_laws_and_their_figures(base: dict[str, Any]) -> None:
         2e6,
     )
     assert not limited.shear_law.plain
-    constant = case(base | {"eyring_stress": "6 MPa"}).lubricant.lubricant()
-    assert constant.shear_law.plain
-    assert constant.shear_law.stress == 6e6
+    constant = case(base | {"eyring_stress": "6 MPa"}).lubricant.lubricant().shear_law
+    assert (constant.plain, constant.stress) == (True, 6e6)
+    assert constant.limited is (base is CARD)  # by the limiting stress of its base oil
 
 
 def test_a_card_without_a_stress_of_its_own_follows_its_base_oil() -> None:
@@ -86,11 +85,17 @@ def test_card_of_the_axle_oil_carries_its_published_law() -> None:
         (NUMBERS | {"limiting_shear": "smooth", "limiting_shear_coefficient": 0.05}, "limiting_shear_ambient"),
         (NUMBERS | SMOOTH, "limiting_shear_coefficient"),
         (CARD | {"limiting_shear": "sharp"}, "limiting_shear"),
+        (NUMBERS | {"conductivity_pressure": {"c1": "-1 1/GPa", "c2": 0.0}}, "conductivity_pressure.c1"),
     ],
 )
 def test_a_law_requires_its_figures(lubricant: dict[str, Any], field: str) -> None:
     with refuses(f"lubricant.{field}"):
         case(lubricant)
+
+
+def test_unknown_law_of_the_conductivity() -> None:
+    with pytest.raises(InputError, match="conductivity_pressure"):
+        case(NUMBERS | {"conductivity_pressure": "ester"})
 
 
 @pytest.mark.parametrize(
@@ -108,12 +113,6 @@ def test_a_law_requires_its_figures(lubricant: dict[str, Any], field: str) -> No
 )
 def test_figures_without_effect_are_named(lubricant: dict[str, Any], names: set[str]) -> None:
     assert {text.partition(" ")[0] for text in case(lubricant).unused_inputs()} == names
-
-
-def test_limit_switched_off_is_infinite() -> None:
-    law = case(NUMBERS).lubricant.lubricant().shear_law
-    assert not law.limited
-    assert math.isinf(law.limiting_stress(np.array([1e9]))[0])
 
 
 PLAIN = {"viscosity_inlet": "10 mPa s", "pressure_viscosity": "15 1/GPa", "alpha_definition": "slope"}
@@ -149,16 +148,6 @@ def test_conductivity_without_a_law_is_that_of_the_base_oil_or_assumed_and_said_
     assert one.lubricant().film_conductivity == PAO
     assert ASSUMED_CONDUCTIVITY in one.remarks()
     assert not validate(DirectLubricant, PLAIN | {"conductivity_pressure": "pao"}).remarks()
-
-
-@pytest.mark.parametrize(
-    ("given", "words"), [("ester", ["pao, mineral"]), ({"c1": "-1 1/GPa", "c2": 0.0}, ["c1", "1/Pa"])]
-)
-def test_wrong_conductivity_law(given: Any, words: list[str]) -> None:
-    with pytest.raises(InputError) as error:
-        validate(DirectLubricant, PLAIN | {"conductivity_pressure": given})
-    for word in ("conductivity_pressure", *words):
-        assert word in str(error.value)
 
 
 @pytest.mark.parametrize("name", ["75W90", "75w-90", "75W 90"])

@@ -3,6 +3,7 @@
 import subprocess
 import sys
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -20,7 +21,6 @@ from ehl.smooth.solver import SteadyResult
 from ehl.state import ContactState
 
 OIL = Oil.load("fva3")
-ISOTHERMAL = ModelInput(thermal="off")
 
 
 def states(count: int) -> ContactState:
@@ -49,20 +49,15 @@ def test_warm_equals_cold(accuracy: Any, allowed: float) -> None:
     state = states(5)
     cold, warm = solve_path(state, OIL, model=model, warm=False), solve_path(state, OIL, model=model)
     assert (cold.warm, warm.warm, warm.fallbacks) == (0, 4, 0)
+    assert warm.status == ("converged",) * 5
+    assert sorted(warm.order) == [0, 1, 2, 3, 4]
     for name in ("friction_coefficient", "film_central", "film_min"):
         difference = np.abs(warm.values(name) / cold.values(name) - 1.0)
         assert np.all(difference < allowed)
         assert np.all(difference < 0.5 * warm.values("film_error"))
-    assert sum(r.iterations for r in warm.results) < sum(r.iterations for r in cold.results)
-
-
-def test_results_are_in_the_order_of_the_input() -> None:
-    state = states(5)
-    path = solve_path(state, OIL, model=ISOTHERMAL)
-    assert path.status == ("converged",) * 5
-    assert sorted(path.order) == [0, 1, 2, 3, 4]
-    pressures = [result.film.pressure.max() for result in path.results if result.film is not None]
+    pressures = [result.film.pressure.max() for result in warm.results if result.film is not None]
     assert np.argsort(pressures).tolist() == np.argsort(state.pressure_hertz).tolist()
+    assert sum(r.iterations for r in warm.results) < sum(r.iterations for r in cold.results)
 
 
 def film(*fallbacks: str) -> SteadyResult:
@@ -71,17 +66,12 @@ def film(*fallbacks: str) -> SteadyResult:
     return SteadyResult("converged", "", *(nothing,) * 4, *numbers, 1, 1, 0.0, 0.0, 0.0, 0.0, fallbacks)
 
 
-class Solver:
-    """Stands in for the contact solver; notes which contacts start which."""
-
-    def __init__(self, answer: Any) -> None:
-        self.answer, self.calls = answer, []
-
-    def __call__(self, problem: ContactProblem, start: ContactResult | None = None) -> ContactResult:
-        self.calls.append((problem.line, start))
-        result = self.answer(problem.line, start)
-        assert isinstance(result, ContactResult)
-        return result
+@pytest.fixture
+def solver(monkeypatch: pytest.MonkeyPatch) -> Mock:
+    """Stands in for the contact solver."""
+    found = Mock(side_effect=lambda problem, start=None: solved(problem.line))
+    monkeypatch.setattr(module, "solve_contact", found)
+    return found
 
 
 def solved(contact: LineContact, *fallbacks: str) -> ContactResult:
@@ -90,8 +80,8 @@ def solved(contact: LineContact, *fallbacks: str) -> ContactResult:
     )
 
 
-def test_each_starts_from_its_nearest_neighbour(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "solve_contact", Solver(lambda contact, start: solved(contact)))
+@pytest.mark.usefixtures("solver")
+def test_each_starts_from_its_nearest_neighbour() -> None:
     pressures = [0.5e9, 1.6e9, 0.8e9, 1.0e9, 1.25e9]
     path = solve_path([line(p) for p in pressures], Lubricant(0.02, 16e-9))
     assert path.values("friction_coefficient") == pytest.approx([p / 1e10 for p in pressures])
@@ -99,27 +89,28 @@ def test_each_starts_from_its_nearest_neighbour(monkeypatch: pytest.MonkeyPatch)
     assert path.origin.tolist() == [2, 4, 3, -1, 3]
 
 
-def test_a_start_that_leads_nowhere_is_counted_and_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    def answer(contact: LineContact, start: ContactResult | None) -> ContactResult:
+def test_a_start_that_leads_nowhere_is_counted_and_left_out(solver: Mock) -> None:
+    def answer(problem: ContactProblem, start: ContactResult | None = None) -> ContactResult:
+        contact = problem.line
         if start is None or contact.pressure_hertz < 0.7e9:
             return solved(contact)
         return solved(contact, "neighbour_too_far") if contact.pressure_hertz < 0.9e9 else ContactResult("failed", "x")
 
-    solver = Solver(answer)
-    monkeypatch.setattr(module, "solve_contact", solver)
+    solver.side_effect = answer
     path = solve_path([line(p) for p in (0.6e9, 0.85e9, 1.0e9, 1.2e9, 1.25e9)], Lubricant(0.02, 16e-9))
     assert path.status == ("converged",) * 5
     assert path.warm == 1
     assert path.fallbacks == 3
     # only what failed altogether is solved a second time: 0.85 GPa went back to a cold start by itself
-    assert len(solver.calls) == 7
+    assert solver.call_count == 7
 
 
-def test_failures_stay_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    def answer(contact: LineContact, start: ContactResult | None) -> ContactResult:
-        return ContactResult("failed", "path_stalled") if contact.pressure_hertz > 2e9 else solved(contact)
+def test_failures_stay_alone(solver: Mock) -> None:
+    def answer(problem: ContactProblem, start: ContactResult | None = None) -> ContactResult:
+        high = problem.line.pressure_hertz > 2e9
+        return ContactResult("failed", "path_stalled") if high else solved(problem.line)
 
-    monkeypatch.setattr(module, "solve_contact", Solver(answer))
+    solver.side_effect = answer
     contacts = [line(0.9e9), line(2.1e9), line(speed_entrainment=-1.0), line(1.1e9), line(1.2e9, slide_to_roll=np.nan)]
     path = solve_path(contacts, Lubricant(0.02, 16e-9))
     assert path.status == ("converged", "failed", "failed", "converged", "failed")
@@ -129,8 +120,8 @@ def test_failures_stay_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     assert np.isnan(path.values("friction_coefficient")).tolist() == [False, True, True, False, True]
 
 
-def test_bad_state_values_are_refused_one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "solve_contact", Solver(lambda contact, start: solved(contact)))
+@pytest.mark.usefixtures("solver")
+def test_bad_state_values_are_refused_one_by_one() -> None:
     state = ContactState.of(
         pressure_hertz=1e9,
         radius_equivalent=0.01,
@@ -139,17 +130,14 @@ def test_bad_state_values_are_refused_one_by_one(monkeypatch: pytest.MonkeyPatch
         temperature_oil=[350.0, 900.0, 360.0],
         roughness_rms_1=[1e-7, 1e-7, 1.0],
     )
-    path = solve_path(state, OIL, surface=SurfaceInput(boundary_friction=0.08), model=ISOTHERMAL)
+    path = solve_path(state, OIL, surface=SurfaceInput(boundary_friction=0.08), model=ModelInput(thermal="off"))
     assert path.status == ("converged", "failed", "failed")
     assert "temperature_oil" in path.messages[1]
     assert "roughness_rms_1" in path.messages[2]
 
 
-def test_nothing_to_solve_gives_nothing() -> None:
-    assert solve_path([], Lubricant(0.02, 16e-9)).results == ()
-
-
 def test_lubricants_must_match() -> None:
+    assert solve_path([], Lubricant(0.02, 16e-9)).results == ()
     with refuses("lubricant"):
         solve_path([line(), line()], [Lubricant(0.02, 16e-9)])
     with refuses("lubricant"):

@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from refusals import refuses
 
 import ehl
-from ehl.common.errors import InputError
 from ehl.rough.mixed import rough_surfaces, worn
 from ehl.surface.roughness import RoughProfile, generate_profile
 from ehl.uncertainty.contact_design import uncertain_contact_inputs
@@ -33,11 +33,6 @@ def test_wear_keeps_the_valleys_and_gives_the_measured_skewness() -> None:
     removed -= removed.min()
     assert np.median(removed[new.heights < 0.0]) == pytest.approx(0.0, abs=1e-12)
     assert removed.max() > 0.5e-6
-    assert "running-in" in run_in.notes[-1]
-
-
-@pytest.mark.fast
-def test_limits_of_wear() -> None:
     profile = rough()
     assert worn(profile, profile.rms) is profile
     assert worn(profile, 1e-5) is profile
@@ -58,9 +53,8 @@ def test_limits_of_wear() -> None:
     ],
 )
 def test_refused(given: dict[str, Any], field: str) -> None:
-    with pytest.raises(InputError) as error:
+    with refuses(field):
         ehl.Contact(**GIVEN, **given)
-    assert error.value.field == field
 
 
 def test_run_in_flanks_have_less_friction_and_their_own_film_ratio() -> None:

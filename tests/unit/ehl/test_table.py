@@ -1,9 +1,10 @@
 """One table in every form: hostile words stay words, numbers keep their digits, files are SI."""
 
 import csv
+import html
 import io
 import json
-from html.parser import HTMLParser
+import re
 from pathlib import Path
 
 import numpy as np
@@ -14,17 +15,8 @@ from ehl.common.pages import write_csv, write_workbook
 from ehl.common.sections import Head, Section
 from ehl.common.table import Column, Table
 
-HOSTILE = [
-    "pair [80W]",
-    "[/x]",
-    "[bold red]no",
-    "=cmd|' /C calc'!A0",
-    "+1-1",
-    "@SUM(A1)",
-    "油脂テスト",
-    "<b>&</b>",
-    "a\x1b[31mb",
-]
+HOSTILE = ["pair [80W]", "[/x]", "[bold red]no", "=cmd|' /C calc'!A0", "+1-1", "@SUM(A1)", "油脂テスト", "<b>&</b>"]
+HOSTILE.append("a\x1b[31mb")
 TABLE = Table(
     ["oil", "film_central", "efficiency", "temperature_oil"],
     [(text, 2.5e-7 + 1e-10 * i, 0.98765 + 1e-5 * i, 353.15) for i, text in enumerate(HOSTILE)],
@@ -40,29 +32,6 @@ def printed(table: Table, width: int) -> str:
     return file.getvalue()
 
 
-class Cells(HTMLParser):
-    def __init__(self) -> None:
-        super().__init__()
-        self.rows: list[list[str]] = []
-        self.tags: set[str] = set()
-        self.inside = False
-
-    def handle_starttag(self, tag: str, attrs: object) -> None:
-        self.tags.add(tag)
-        self.inside = tag in ("td", "th")
-        if tag == "tr":
-            self.rows.append([])
-        elif self.inside:
-            self.rows[-1].append("")
-
-    def handle_endtag(self, tag: str) -> None:
-        self.inside = False
-
-    def handle_data(self, data: str) -> None:
-        if self.inside:
-            self.rows[-1][-1] += data
-
-
 def test_terminal_shows_words_as_they_are_and_obeys_none() -> None:
     text = printed(TABLE, 200)
     for word in HOSTILE[:-1]:
@@ -73,12 +42,13 @@ def test_terminal_shows_words_as_they_are_and_obeys_none() -> None:
 
 
 def test_page_escapes_words() -> None:
-    page = Cells()
-    page.feed(TABLE.html())
-    assert page.tags <= {"table", "caption", "span", "thead", "tbody", "tr", "th", "td", "p"}
-    assert page.rows[0] == ["oil", "central film thickness [nm]", "efficiency [%]", "oil temperature [°C]"]
-    assert [row[0] for row in page.rows[1:]] == HOSTILE
-    assert page.rows[1][1:] == ["250.0", "98.765", "80.00"]
+    page = TABLE.html()
+    assert set(re.findall(r"<(\w+)", page)) <= {"table", "caption", "span", "thead", "tbody", "tr", "th", "td", "p"}
+    cells = [re.findall(r"<t[hd].*?>(.*?)</t[hd]>", row) for row in page.split("<tr")[1:]]
+    head, first, *others = ([html.unescape(re.sub("<.*?>", "", cell)) for cell in row] for row in cells)
+    assert head == ["oil", "central film thickness [nm]", "efficiency [%]", "oil temperature [°C]"]
+    assert [row[0] for row in (first, *others)] == HOSTILE
+    assert first[1:] == ["250.0", "98.765", "80.00"]
 
 
 def test_csv_is_si_and_computes_nothing() -> None:
@@ -115,7 +85,7 @@ def test_json_and_frame_are_si_without_nan() -> None:
     assert list(table.to_frame().columns) == ["oil", "film_central"]
 
 
-@pytest.mark.parametrize("width", range(8, 120, 7))
+@pytest.mark.parametrize("width", [8, 15, 29, 50, 78, 113])
 @pytest.mark.parametrize("vertical", [False, True])
 def test_narrow_terminals_lose_columns_but_no_digits(width: int, vertical: bool) -> None:
     numbers = {"film_central": 2.5e-7, "efficiency": 0.98765, "pressure_hertz": 1.23456e9, "speed": 100.0}

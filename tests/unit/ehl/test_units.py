@@ -12,12 +12,11 @@ from refusals import refuses
 
 from ehl.common.errors import InputError
 from ehl.common.quantities import axis_label, format_number, quantities, quantity, si_unit, to_display
-from ehl.common.units import ARCSEC, KELVIN, SMALLEST, UNITS, ValueRange, _registry, parse_quantity, spellings
+from ehl.common.units import ARCSEC, KELVIN, UNITS, ValueRange, _registry, parse_quantity, spellings
 
 # every way in which engineers write a value: unit of the field, number that it means or "refused", texts
 _LINES = (Path(__file__).parents[3] / "docs" / "spellings.tsv").read_text(encoding="utf-8").splitlines()[1:]
 SPELLINGS = [(text, unit, value) for unit, value, *texts in (line.split("\t") for line in _LINES) for text in texts]
-Floats = Sequence[float]
 UNITS_READ = sorted({unit for _, unit, _ in SPELLINGS})
 
 
@@ -26,18 +25,22 @@ def test_text_becomes_si_or_is_refused_with_field_and_value(text: str, unit: str
     if expected != "refused":
         assert parse_quantity(text, unit) == pytest.approx(float(expected), rel=1e-9)
         return
-    with pytest.raises(InputError) as caught:
+    with refuses("contact.value") as caught:
         parse_quantity(text, unit, field="contact.value", bare=False)
-    assert (caught.value.field, caught.value.value) == ("contact.value", text)
+    assert caught.value.value == text
+
+
+NO_NUMBERS = [True, None, [1.0], 10**400, math.nan, "35° 12' 60\"", "35° 60'", "1" * 201, "1e-99 m^-99"]
+NO_DIGITS = ["2² mm", "² mm", "1₂ mm", "① mm", "-³ mm", "1.² mm", "0x10 mm", "1_0 mm"]
 
 
 @pytest.mark.parametrize(
-    "value", [True, None, [1.0], 10**400, math.nan, "35° 12' 60\"", "35° 60'", "1" * 201, "1e-99 m^-99"]
+    ("unit", "values"), [("m", NO_NUMBERS + NO_DIGITS), ("rad", NO_NUMBERS), ("", ["0_1"]), ("rad/s", ["1500", 1500.0])]
 )
-@pytest.mark.parametrize("unit", ["m", "rad"])
-def test_what_is_no_number_is_refused(value: object, unit: str) -> None:
-    with pytest.raises(InputError):
-        parse_quantity(value, unit)
+def test_what_is_no_number_is_refused(unit: str, values: list[object]) -> None:
+    for value in values:
+        with refuses("length"):
+            parse_quantity(value, unit, field="length", bare=unit != "rad/s")  # as an option needs its unit
 
 
 @pytest.mark.parametrize("unit", sorted({*UNITS_READ} - {"rad/s"}))  # where 1/s is 1 rad/s for pint
@@ -65,34 +68,12 @@ def test_spaces_and_signs_of_products_do_not_matter(unit: str, value: float, dat
     assert parse_quantity(f"  {value!r}  {name.replace(' ', product)} ", unit) == expected
 
 
-@given(st.floats(-1e6, 1e6))
-def test_number_and_its_text_agree(value: float) -> None:
-    assert parse_quantity(f"{value!r} MPa", "Pa") == pytest.approx(value * 1e6, rel=1e-12, abs=SMALLEST)
-
-
-def test_digits_that_are_no_number_and_numbers_too_small() -> None:
-    for text in ("2² mm", "² mm", "1₂ mm", "① mm", "-³ mm", "1.² mm", "0x10 mm", "1_0 mm"):
-        with refuses("length"):
-            parse_quantity(text, "m", field="length")
-    with refuses("ratio"):
-        parse_quantity("0_1", "", field="ratio")
-    assert parse_quantity("3 N/mm²", "Pa") == pytest.approx(3e6)
+def test_numbers_too_small_and_units_that_pint_alone_reads() -> None:
     assert parse_quantity("1e-320 mm", "m") == parse_quantity(-1e-61, "m") == 0.0
-    with refuses("torque"):
-        ValueRange("N*m", gt=0.0).check("1e-320 N m", "torque")
-
-
-def test_units_that_pint_alone_reads() -> None:
     for text, unit, value in (("0.1 kcal/(kg degC)", "J/(kg*K)", 418.4), ("2 stone", "kg", 12.70058636)):
         assert parse_quantity(text, unit, bare=False) == pytest.approx(value, rel=1e-6)
-
-
-def test_bare_number_is_refused_where_it_is_ambiguous() -> None:
-    assert parse_quantity("30° 30'", "rad", bare=False) == pytest.approx(math.radians(30.5))
-    with refuses("--speed"):
-        parse_quantity("1500", "rad/s", field="--speed", bare=False)
-    with refuses("--speed"):
-        parse_quantity(1500.0, "rad/s", field="--speed", bare=False)
+    with refuses("torque"):
+        ValueRange("N*m", gt=0.0).check("1e-320 N m", "torque")
 
 
 @pytest.mark.parametrize(
@@ -117,20 +98,16 @@ def test_ends_of_a_range(
         assert re.findall(r"\d", caught.value.allowed)[: len(limits)] == [f"{end:.0f}" for end in limits.values()]
 
 
-@pytest.mark.parametrize(("bare", "unit", "meant"), [(25, "m", "25 mm"), (90, "K", "90 degC"), (1.2, "Pa", "1.2 MPa")])
-def test_bare_number_out_of_range_names_the_unit_that_was_meant(bare: float, unit: str, meant: str) -> None:
-    ranges = {
-        "m": ValueRange("m", gt=0.0, le=1.0),
-        "K": ValueRange("K", ge=233.0, le=523.0),
-        "Pa": ValueRange("Pa", ge=1e5, le=4e9),
-    }
-    with pytest.raises(InputError) as caught:
-        ranges[unit].check(bare, "field")
-    assert meant in caught.value.hint
-
-
 def test_remedies() -> None:
-    """The hint of the field where no unit makes a value fit; the unit whose spelling is nearest."""
+    """The unit that was meant; the hint of the field where none makes a value fit; the nearest spelling of a unit."""
+    for bare, allowed, meant in (
+        (25, ValueRange("m", gt=0.0, le=1.0), "25 mm"),
+        (90, ValueRange("K", ge=233.0, le=523.0), "90 degC"),
+        (1.2, ValueRange("Pa", ge=1e5, le=4e9), "1.2 MPa"),
+    ):
+        with refuses("field") as caught:
+            allowed.check(bare, "field")
+        assert meant in caught.value.hint
     for value in (-1, "-1 m", 1e12):
         with pytest.raises(InputError) as caught:
             ValueRange("m", gt=0.0, le=1.0, hint="Measure it.").check(value, "field")
@@ -142,23 +119,16 @@ def test_remedies() -> None:
         assert caught.value.hint
 
 
-def test_range_is_named_with_its_unit() -> None:
-    with refuses("radius"):
-        ValueRange("m", gt=0.0, le=10.0).check(-1.0, "radius")
-    assert ValueRange("m", gt=0.0, le=10.0).check("1 cm", "radius") == pytest.approx(0.01)
-
-
 TORQUE = ValueRange("N*m", gt=0.0, le=1000.0)
 
 
 def test_list_takes_its_unit_from_the_last_entry() -> None:
     assert TORQUE.check_list("100, 200; 300 N m", "--torque") == [100.0, 200.0, 300.0]
     assert TORQUE.check_list("1 kN m, 200 N m", "--torque") == [1000.0, 200.0]
-    for text in ("100", "100, 200", "100 N m, 200", "", ",", "1,5 kN m", "100,200 N m", "1,5; 2 kN m"):
+    wrong = ["100", "100, 200", "100 N m, 200", "", ",", "1,5 kN m", "100,200 N m", "1,5; 2 kN m", "100, 2000 N m"]
+    for text in wrong:
         with refuses("--torque"):
             TORQUE.check_list(text, "--torque")
-    with refuses("--torque"):
-        TORQUE.check_list("100, 2000 N m", "--torque")
 
 
 def test_range_counts_its_values_with_both_ends() -> None:
@@ -169,20 +139,10 @@ def test_range_counts_its_values_with_both_ends() -> None:
         with pytest.raises(InputError) as caught:
             ValueRange(unit).check_list("5:6", "field")
         assert len(ValueRange(unit).check_list(caught.value.allowed.split("'")[-2], "field")) == 4
-    for text in (
-        "50:200 N m",
-        "50:200:1 N m",
-        "50:200:4",
-        "50:200:4.5 N m",
-        "1:2:3:4 N m",
-        "50:200:20000 N m",
-        "::",
-        "1:2:3",
-    ):
+    wrong = ["50:200", "50:200:1", "50:200:4.5", "1:2:3:4", "50:200:20000", "50:2000:4"]
+    for text in [*(f"{numbers} N m" for numbers in wrong), "50:200:4", "::", "1:2:3"]:
         with refuses("--torque"):
             TORQUE.check_list(text, "--torque")
-    with refuses("--torque"):
-        TORQUE.check_list("50:2000:4 N m", "--torque")
 
 
 @pytest.mark.parametrize("name", UNITS)
@@ -204,14 +164,10 @@ def test_entries_are_complete_and_their_display_unit_belongs_to_their_unit() -> 
             assert UNITS[entry.display][0] == entry.unit, entry.name
 
 
-@given(st.floats(1e-12, 1e12))
-def test_display_units_round_trip(value: float) -> None:
-    for name in ("pressure_hertz", "film_central", "temperature_oil", "speed", "peak_to_peak", "efficiency"):
-        entry = quantity(name)
-        assert entry.to_si(entry.to_display(value)) == pytest.approx(value, rel=1e-12, abs=1e-10)
-
-
 def test_values_in_display_units() -> None:
+    for name in ("pressure_hertz", "film_central", "temperature_oil", "speed", "peak_to_peak", "efficiency"):
+        for value in (1e-12, 3.7, 1e12):
+            assert quantity(name).to_si(to_display(name, value)) == pytest.approx(value, rel=1e-12, abs=1e-10)
     assert to_display("temperature_oil", KELVIN + 80.0) == pytest.approx(80.0)
     assert to_display("peak_to_peak", np.array([ARCSEC, 2 * ARCSEC])) == pytest.approx([1.0, 2.0])
     assert to_display("speed", np.pi) == pytest.approx(30.0)
@@ -220,6 +176,8 @@ def test_values_in_display_units() -> None:
     assert si_unit("viscosity_inlet") == "Pa*s"
     assert quantity("viscosity_inlet").text(0.04) == "40 mPa s"
     assert quantity("pressure_hertz").span(5e8, 1.25e9) == "0.5 to 1.25 GPa"
+    given = ((123456.7, 3), (0.099996, 4), (9.9999, 3), (0.0, 4), (math.inf, 4))
+    assert [format_number(*number) for number in given] == ["123457", "0.1000", "10.0", "0", "–"]
 
 
 @given(st.floats(-1e15, 1e15), st.integers(2, 9))
@@ -228,11 +186,3 @@ def test_numbers_keep_their_significant_digits(value: float, digits: int) -> Non
     assert float(text) == pytest.approx(value, rel=0.6 * 10.0 ** (1 - digits))
     if 1.0 <= abs(value) < 1e8:
         assert text.partition(".")[0].lstrip("-") in (str(int(abs(value))), str(round(abs(value))))
-
-
-@pytest.mark.parametrize(
-    ("value", "digits", "text"),
-    [(123456.7, 3, "123457"), (0.099996, 4, "0.1000"), (9.9999, 3, "10.0"), (0.0, 4, "0"), (float("inf"), 4, "–")],
-)
-def test_numbers_as_text(value: float, digits: int, text: str) -> None:
-    assert format_number(value, digits) == text
