@@ -1,10 +1,12 @@
-"""Misalignment study and contact pattern."""
+"""Misalignment study and contact pattern: values, files, figures, command."""
 
 import json
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 from refusals import refuses
 
@@ -14,10 +16,16 @@ from efficiency.contact.contact_search import contact_path
 from efficiency.contact.flank_pair import FlankPair, flank_pair
 from efficiency.contact.relief import FlankDeviation
 from efficiency.design.design import load_design
-from efficiency.geometry.misalignment import MisalignmentStudy, misalignment_study
+from efficiency.geometry.misalignment import MisalignmentGrid, MisalignmentStudy, misalignment_study
+from efficiency.output.misalignment_report import (
+    map_figure,
+    misalignment_table,
+    section_contacts,
+    section_figure,
+    section_points,
+)
 from ehl.common.errors import InputError
 from ehl.common.progress import Progress
-from ehl.common.table import Table
 
 BEVEL = "fm_spiral_bevel_14x39"
 
@@ -52,13 +60,8 @@ def test_contact_walks_along_the_face_with_the_offset_error(study: MisalignmentS
     assert along.status.tolist()[1:] == ["converged", "edge contact"]
     assert along.edges.tolist()[-1] == "gear tip"
     assert np.isfinite(table[["peak_to_peak", "harmonic_1", "pattern_area", "pattern_length"]].to_numpy()).all()
-
-
-def test_study_as_json(study: MisalignmentStudy) -> None:
     content = json.loads(json.dumps(study.to_dict(), allow_nan=False))
-    assert content["status"] == "converged"
-    assert len(content["points"]) == 6
-    assert content["E"] == [-1e-4, 0.0, 2e-4]
+    assert (content["status"], len(content["points"]), content["E"]) == ("converged", 6, [-1e-4, 0.0, 2e-4])
 
 
 def test_states_that_cannot_mesh_are_a_status() -> None:
@@ -83,6 +86,8 @@ def test_pattern_is_where_the_flanks_come_close(pair: FlankPair) -> None:
     """The separation of the pattern against the gaps of the contact lines at their positions."""
     pattern = pair.pattern(8e-6)
     assert pattern.marked.any()
+    assert pattern.centre[0] == pytest.approx(pair.surface.error_maximum[0], abs=1.5e-3)
+    assert 0.0 < pattern.width <= 1.0
     assert (pattern.separation[pattern.inside] >= 0.0).all()
     surface = pair.surface
     for position in mesh_cycle(pair.surface, positions=3, points_per_line=9):
@@ -111,14 +116,6 @@ def test_pattern_grows_with_the_marking_and_lies_around_the_path(pair: FlankPair
     assert nothing.area_share < 1e-3
 
 
-def test_map_fractions_and_shape(pair: FlankPair) -> None:
-    pattern = pair.pattern()
-    assert pattern.gear_u.shape == pattern.separation.shape == pattern.marked.shape
-    assert pattern.centre[0] == pytest.approx(pair.surface.error_maximum[0], abs=1.5e-3)
-    assert 0.0 < pattern.length < 1.0
-    assert 0.0 < pattern.width <= 1.0
-
-
 def test_random_states_have_the_given_deviations_and_a_distribution() -> None:
     design = load_design(BEVEL)
     study = misalignment_study(design, E=[5e-5], shaft_angle_error=[2e-4], samples=8)
@@ -140,15 +137,13 @@ def test_random_states_have_the_given_deviations_and_a_distribution() -> None:
         misalignment_study(design, E=[0.0, 5e-5], samples=8)
     with refuses("samples"):
         efficiency.load(BEVEL).misalignment(E="0.05 mm", samples=1)
-    grid = efficiency.load(BEVEL).misalignment(E="0.05 mm", samples=2)
-    assert [item.name for item in grid.sections("terminal")[0].items if isinstance(item, Table)] == ["distribution"]
-    assert grid.figure("distribution").axes
+    assert efficiency.load(BEVEL).misalignment(E="0.05 mm", samples=2).figure("distribution").axes
 
 
 def test_random_flanks_have_the_deviations_of_their_grade() -> None:
     design = load_design(BEVEL)
     fine, coarse = (
-        misalignment_study(design, samples=16, accuracy_grade=grade).tolerances.model_dump() for grade in (5, 7)
+        misalignment_study(design, samples=2, accuracy_grade=grade).tolerances.model_dump() for grade in (5, 7)
     )
     assert all(coarse[name] == pytest.approx(2.0 * value) for name, value in fine.items())
     study = misalignment_study(design, E=[2e-5], samples=16, accuracy_grade=7)
@@ -187,6 +182,7 @@ def test_blade_angle_error_is_a_profile_slope() -> None:
     assert np.abs(one - other).max() < 0.04 * slope
 
 
+@pytest.mark.usefixtures("commands_alone")
 def test_tolerance_of_a_pair_on_the_command_line(mixed_ehl: Callable[..., Any]) -> None:
     friction = ("--friction", "constant:0.05", "--json")
     outcome = mixed_ehl("gear", BEVEL, "--tolerance", "2", "--accuracy-grade", "6", *friction)
@@ -195,3 +191,50 @@ def test_tolerance_of_a_pair_on_the_command_line(mixed_ehl: Callable[..., Any]) 
     assert 0.9 < study["distribution"]["efficiency"][0] < 1.0
     for wrong in (("--accuracy-grade", "6"), ("--tolerance", "2", "--rating"), ("--tolerance", "1")):
         assert mixed_ehl("gear", BEVEL, *wrong).code == 2
+
+
+def test_rows_and_csv_show_what_varies(study: MisalignmentStudy, tmp_path: Path) -> None:
+    assert study.varied == ["E", "P"]
+    errors = [point.peak_to_peak for point in study.points]
+    assert [row["peak_to_peak"] for row in misalignment_table(study).records()] == errors
+    table = pd.read_csv(MisalignmentGrid(load_design(BEVEL), (study,)).report(tmp_path / "study.csv"))
+    assert set(table["side"]) == {"drive"}
+    np.testing.assert_allclose(table["peak_to_peak [rad]"], errors, rtol=1e-12)
+    np.testing.assert_allclose(table["E [m]"], [point.E for point in study.points], rtol=1e-15)
+
+
+def test_sections_and_figures_pass_through_the_aligned_pair(study: MisalignmentStudy) -> None:
+    values, points = section_points(study, "E")
+    np.testing.assert_allclose(values, [-0.1, 0.0, 0.2], atol=1e-12)
+    assert all(point.P == 0.0 for point in points)
+    assert [point.P for point in section_points(study, "P")[1]] == [0.0, 5e-5]
+    line = section_figure([study]).axes[0].get_lines()[0]
+    expected = np.degrees([point.peak_to_peak for point in points]) * 3600.0
+    np.testing.assert_allclose(np.asarray(line.get_ydata(), dtype=float), expected)
+    shown = np.asarray(map_figure(study).axes[0].collections[0].get_array()).reshape(2, 3)
+    assert shown[0, 1] == pytest.approx(expected[1])
+    contacts = section_contacts(load_design(BEVEL), study, "E")
+    assert [value for value, _, _ in contacts] == [-1e-4, 0.0, 2e-4]
+    for (_, _, pattern), point in zip(contacts, points, strict=True):
+        assert pattern.area_share == pytest.approx(point.pattern_area, rel=1e-9)
+
+
+def test_states_at_a_torque_are_those_of_the_loaded_pair(mixed_ehl: Callable[..., Any], tmp_path: Path) -> None:
+    """The V-H check under load: same numbers as the pair set up in that state, next to the unloaded ones."""
+    options = ("--torque", "300 N m", "--friction", "constant:0.05", "--speed", "1500 rpm")
+    outcome = mixed_ehl("misalignment", BEVEL, "--E", "-0.1:0.1:2 mm", *options, "--json", "--plot", tmp_path)
+    assert outcome.code == 0
+    (found,) = json.loads(outcome.out)["studies"]
+    assert (found["side"], found["torque"]) == ("drive", 300.0)
+    assert found["E"] == pytest.approx([-1e-4, 1e-4])
+    pair = efficiency.load(BEVEL)
+    for point in found["points"]:
+        result = pair.mesh("drive", E=point["E"]).load("300 N m").efficiency("constant:0.05", speed="1500 rpm")
+        for name in ("efficiency", "pressure_hertz_max", "edge_load_share", "transmission_error_loaded", "power_loss"):
+            assert point[name] == pytest.approx(result.value(name), rel=1e-9)
+        assert 0.3 < point["transmission_error_loaded"] / point["peak_to_peak"] < 1.0
+    # the offset moves the load along the face
+    assert found["points"][0]["load_centre_u"] - found["points"][1]["load_centre_u"] > 1e-3
+    assert (tmp_path / "misalignment_loaded.png").stat().st_size > 10_000
+    # conditions without a torque
+    assert mixed_ehl("misalignment", BEVEL, "--E", "0.1 mm", "--speed", "1000 rpm").code == 2
