@@ -4,13 +4,14 @@ import datetime
 import math
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 from calibration_stub import OneLineSolver
+from scipy.integrate import quad
+from scipy.optimize import brentq
+from scipy.stats import norm
 
-from ehl.common.quantities import si_unit
 from ehl.fluid.lubricant_inputs import OilLubricant
 from ehl.fluid.oil import Oil
 from ehl.fluid.oil_sheet import write_card
@@ -65,8 +66,6 @@ def test_pressure_of_an_ellipse_is_in_equilibrium_with_its_displacements(ratio: 
     Curvatures of the displacement under an ellipsoidal pressure are integrals over the potential (Johnson 1985,
     eq. 3.34), taken by quadrature here.
     """
-    from scipy.integrate import quad
-
     larger, smaller, load = 0.02 * ratio, 0.02, 500.0
     peak = hertz_point_pressure(load, larger, smaller, STEEL)
     area = 1.5 * load / peak  # pi a b
@@ -77,8 +76,6 @@ def test_pressure_of_an_ellipse_is_in_equilibrium_with_its_displacements(ratio: 
             lambda t: 2.0 / ((own**2 + t * t) ** 1.5 * math.sqrt(other**2 + t * t)), 0.0, math.inf, epsabs=0, limit=200
         )
         return peak * own * other / (0.5 * STEEL) * value
-
-    from scipy.optimize import brentq
 
     def mismatch(log_ratio: float) -> float:
         short = math.sqrt(area / math.pi * math.exp(-log_ratio))
@@ -123,14 +120,16 @@ def test_the_cards_own_values_change_nothing() -> None:
         assert found == own
 
 
+def test_rising_stress_takes_both_figures() -> None:
+    card = card_with(Oil.load("75w90"), {"stress_low": 3e6, "stress_slope": 0.05}, WARM)
+    law = lubricant_of(card, WARM, rising=True).eyring_stress
+    assert (law.stress_low, law.stress_slope, law.pressure_start, law.pressure_end) == (3e6, 0.05, 0.5e9, 3.5e9)  # type: ignore[union-attr]
+
+
 def test_huber_constants_are_gaussian_integrals() -> None:
-    grid = np.linspace(-12.0, 12.0, 400_001)
-    density = np.exp(-0.5 * grid**2) / math.sqrt(2.0 * math.pi)
-    psi = np.clip(grid, -robust.TUNING, robust.TUNING)
-    squared = np.trapezoid(psi**2 * density, grid)
-    inside = np.trapezoid((np.abs(grid) < robust.TUNING) * density, grid)
+    squared = norm.expect(lambda x: np.clip(x, -robust.TUNING, robust.TUNING) ** 2)
     assert squared == pytest.approx(robust.PSI_SQUARED, rel=1e-6)
-    assert inside == pytest.approx(robust.PSI_SLOPE, rel=1e-4)
+    assert norm.cdf(robust.TUNING) - norm.cdf(-robust.TUNING) == pytest.approx(robust.PSI_SLOPE, rel=1e-4)
     # the textbook efficiency of Huber's estimate at c = 1.5
     assert pytest.approx(0.964, abs=0.001) == robust.INEFFICIENCY**-2
 
@@ -184,39 +183,6 @@ def test_surrogate_is_the_solver_where_it_was_built_and_close_beside() -> None:
         np.testing.assert_allclose(surrogate.at(np.log(near)), friction(change), rtol=2e-3)
 
 
-def result_with(
-    values: dict[str, float], fitted: tuple[str, ...], not_identifiable: tuple[str, ...], *inputs: Any
-) -> Calibration:
-    nan = math.nan
-    found = [
-        ParameterEstimate(n, si_unit(n), "determined", values[n], 0.02, 0.96 * values[n], 1.04 * values[n], nan,
-                          1.0, "")
-        for n in fitted
-    ]  # fmt: skip
-    rest = [ParameterEstimate(n, "", "undetermined", nan, nan, nan, nan, values[n], 1.0, "") for n in not_identifiable]
-    return Calibration(
-        (*found, *rest),
-        ((1.0,),),
-        fitted,
-        1e-3,
-        nan,
-        nan,
-        1e-3,
-        True,
-        (2,),
-        (),
-        (0.05, 0.05),
-        1e-4,
-        True,
-        values,
-        (),
-        5,
-        99,
-        1.0,
-        *inputs,
-    )
-
-
 def test_card_is_written_read_and_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     setup = setup_of(parameters=["stress_low", "stress_slope", "pressure_viscosity", "boundary_friction"])
@@ -224,7 +190,14 @@ def test_card_is_written_read_and_used(tmp_path: Path, monkeypatch: pytest.Monke
     values = {"stress_low": 4e6, "stress_slope": 0.03, "pressure_viscosity": 2e-8, "boundary_friction": 0.12}
     values |= {"limiting_shear_coefficient": 0.047}
     fitted = ("stress_slope", "pressure_viscosity", "boundary_friction")
-    result = result_with(values, fitted, ("stress_low",), measurement, setup)
+    parameters = []
+    for name in ("stress_low", *fitted):
+        known = {"name": name, "unit": "", "interval_low": 0.96 * values[name], "interval_high": 1.04 * values[name]}
+        known |= {"status": "determined", "value": values[name]} if name in fitted else {"status": "undetermined"}
+        parameters.append(ParameterEstimate(**dict.fromkeys(ParameterEstimate.__dataclass_fields__, 1e-3) | known))
+    given = {"parameters": parameters, "fitted": fitted, "values": values, "measurement": measurement, "setup": setup}
+    given |= {"excluded": (), "outliers": (2,), "friction_computed": (0.05, 0.05), "notes": (), "misfit_credible": True}
+    result = Calibration(**dict.fromkeys(Calibration.__dataclass_fields__, 1e-3) | given)
     card = calibrated_card("mine", result, datetime.date(2026, 1, 31))
     write_card(card, Path("mine.toml"), "Mine")
     again = Oil.load("mine.toml")
