@@ -50,12 +50,9 @@ def test_oils_come_out_in_the_published_order() -> None:
     assert friction["pagd"] == pytest.approx(friction["estr"], rel=0.15)
 
 
-def test_synthetic_oils_are_well_below_mineral() -> None:
-    friction = {oil: mu(oil, 80.0, 0.8, 5.0, 2.0, 0.06) for oil in ("minr", "paor", "estr", "pagd")}
-    assert max(friction[oil] for oil in ("paor", "estr", "pagd")) < 0.8 * friction["minr"]
-
-
 def test_film_on_glass_within_a_quarter() -> None:
+    # as printed by the source of the measurements: 20 N, 0.1 m/s, steel on glass
+    assert hamrock_dowson_1977(0.083, 20e-9, 0.1, 20.0, 111.0e9) == pytest.approx(93.9e-9, rel=0.02)
     data = columns("film_ball_on_disc.csv")
     at = [i for i, series in enumerate(data["series"]) if series == "40 degC"]
     speed, load, film = (
@@ -79,11 +76,6 @@ def test_friction_rises_with_slip_in_shape() -> None:
     assert 0.2 < friction[0] / friction[-1] < 0.45
     # of a gear contact of a synthetic oil; the ball at 3.5 GPa is not reproduced, see the page
     assert 0.2 < mu("75w90", 80.0, 1.25, 15.0, 5.0, slip[0]) / mu("75w90", 80.0, 1.25, 15.0, 5.0, slip[-1]) < 0.45
-
-
-def test_point_film_of_hamrock_and_dowson_by_hand() -> None:
-    # as printed by the source of the measurements: 20 N, 0.1 m/s, steel on glass
-    assert hamrock_dowson_1977(0.083, 20e-9, 0.1, 20.0, 111.0e9) == pytest.approx(93.9e-9, rel=0.02)
 
 
 @pytest.mark.parametrize("name", ["film_ball_on_disc", "bearing_oil_ratio", "superfinished_gears", "axle_efficiency"])

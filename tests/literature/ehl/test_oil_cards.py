@@ -13,7 +13,6 @@ from refusals import refuses
 
 import ehl
 from ehl.common.data import data_names, data_path
-from ehl.common.errors import InputError
 from ehl.common.units import KELVIN
 from ehl.fluid.oil import Oil
 from ehl.fluid.oil_family import FAMILIES, OIL_FAMILIES, astm_d2270, both_viscosities, generic_card, generic_name
@@ -66,14 +65,9 @@ def test_fva_400_oils_have_the_viscosity_of_their_source_over_pressure_and_tempe
                 rise_fva(row, 1e4 * gigapascal, celsius), rel=1e-6
             )
     assert oil.density(15.0 + KELVIN) == pytest.approx(1e3 * row["rho15_g_ml"], rel=1e-4) or card in PLACEHOLDER_DENSITY
-
-
-@pytest.mark.parametrize("card", SHIPPED)
-def test_fva_400_oils_have_the_tabulated_slopes_and_secants(card: str) -> None:
-    """Last printed digit of the table: 0.1 1/GPa."""
-    row = FVA[card]
+    # slopes and secants of the table; its last printed digit is 0.1 1/GPa
     for celsius in (40, 100):
-        slope = 1e9 * Oil.load(card).at(celsius + KELVIN).pressure_viscosity
+        slope = 1e9 * oil.at(celsius + KELVIN).pressure_viscosity
         assert slope == pytest.approx(row[f"slope_{celsius}"], abs=0.051)
         assert rise(card, 0.2e9, celsius) / 0.2 == pytest.approx(row[f"secant_{celsius}"], abs=0.051)
     assert rise(card, 0.8e9, 100.0) == pytest.approx(row["log_ratio_08_100"], abs=0.051)
@@ -112,16 +106,11 @@ def test_gear_oils_whose_alpha_is_golds_have_it_as_secant(card: str, secant_80: 
 
 
 @pytest.mark.parametrize("card", data_names("oils"))
-def test_both_viscosities_of_a_card_agree_with_its_law(card: str) -> None:
+def test_viscosity_of_a_card_rises_with_pressure_and_agrees_with_both_given_ones(card: str) -> None:
     oil = Oil.load(card)
     for celsius, nu in ((40.0, oil.viscosity_kinematic_40), (100.0, oil.viscosity_kinematic_100)):
         kelvin = celsius + KELVIN
         assert oil.viscosity_dynamic(kelvin) / oil.density(kelvin) == pytest.approx(nu, rel=2e-3)
-
-
-@pytest.mark.parametrize("card", data_names("oils"))
-def test_viscosity_rises_with_pressure_at_every_temperature_of_the_card(card: str) -> None:
-    oil = Oil.load(card)
     pressure = np.linspace(0.0, 2e9, 81)
     assert oil.at(KELVIN - 40.0).pressure_viscosity > 0.0
     for kelvin in np.linspace(*oil.temperature_valid, 8):
@@ -130,30 +119,24 @@ def test_viscosity_rises_with_pressure_at_every_temperature_of_the_card(card: st
 
 
 @pytest.mark.parametrize("base", OIL_FAMILIES)
-def test_the_generic_oil_has_the_mean_shape_of_its_family(base: str) -> None:
-    """Constants of the FVA 400 oils, each set times its secant at 0.2 GPa and 80 degC."""
+def test_the_generic_oil_has_the_oils_of_its_family_inside_the_stated_spread(base: str) -> None:
+    """Root mean square over 40 to 120 degC and 0.2 to 1.2 GPa, n/(n - 1); every oil within 2.5 deviations.
+
+    The shape is the mean of the constants of the FVA 400 oils, each set times its secant at 0.2 GPa and 80 degC.
+    """
     family = OIL_FAMILIES[base]
-    sets = []
+    found, sets = [], []
     for card in family.oils:
         row = FVA[card]
         constants = np.array([1e5 * row["a1_bar"], 1e5 * row["a2_bar_K"], row["b1"], row["b2_K"]])
         sets.append(constants * rise_fva(row, 2000.0, 80.0) / 0.2)
-    np.testing.assert_allclose(family.shape, np.mean(sets, axis=0), rtol=1e-3)
-
-
-@pytest.mark.parametrize("base", OIL_FAMILIES)
-def test_the_generic_oil_has_the_oils_of_its_family_inside_the_stated_spread(base: str) -> None:
-    """Root mean square over 40 to 120 degC and 0.2 to 1.2 GPa, n/(n - 1); every oil within 2.5 deviations."""
-    family = OIL_FAMILIES[base]
-    found = []
-    for card in family.oils:
-        row = FVA[card]
         oil = Oil.load(f"{base} {row['nu40_cst']}/{row['nu100_cst']}")
         assert oil.uncertainty.pressure_viscosity == family.spread
         for celsius in (40.0, 80.0, 120.0):
             law = oil.at(celsius + KELVIN)
             for bar in (2000.0, 4000.0, 8000.0, 12000.0):
                 found.append(rise_fva(row, bar, celsius) / float(law.log_viscosity_ratio(np.array(bar * 1e5))) - 1.0)
+    np.testing.assert_allclose(family.shape, np.mean(sets, axis=0), rtol=1e-3)
     deviation = math.sqrt(np.mean(np.square(found)) * len(family.oils) / (len(family.oils) - 1))
     assert 0.7 * family.spread < deviation < 1.03 * family.spread
     assert max(map(abs, found)) < 2.5 * family.spread
@@ -212,15 +195,11 @@ def test_generic_oil_by_hand() -> None:
 
 
 def test_names_of_generic_oils() -> None:
-    assert generic_name("pao 97.5/13.3") == {
-        "base": "pao",
-        "viscosity_40": 97.5e-6,
-        "viscosity_100": pytest.approx(13.3e-6),
-    }
+    viscosities = {"viscosity_40": pytest.approx(97.5e-6), "viscosity_100": pytest.approx(13.3e-6)}
+    assert generic_name("pao 97.5/13.3") == {"base": "pao"} | viscosities
     assert generic_name("Mineral ISO VG 220") == {"base": "mineral", "iso_vg": 220}
     assert generic_name("polyglycol vg460") == {"base": "polyglycol", "iso_vg": 460}
-    assert generic_name("75w90") is None
-    assert generic_name("fva3") is None
+    assert generic_name("75w90") is generic_name("fva3") is None
     assert Oil.load("mineral vg 220").viscosity_kinematic_40 == pytest.approx(220e-6)
     assert (
         generic_card("ester", iso_vg=100)["uncertainty"]["viscosity"]
@@ -244,38 +223,28 @@ def test_an_oil_is_given_by_its_viscosity_index(mixed_ehl: Callable[..., Any]) -
     graded = Oil.load("mineral vg 220 vi 95")
     assert astm_d2270(graded.viscosity_kinematic_40, graded.viscosity_kinematic_100) == pytest.approx(95.0)
     assert mixed_ehl("oil", "--base", "pao", "--nu100", "13.3 cSt", "--vi", "145").code == 0
-    for wrong in ({"nu_40": "97.5 cSt"}, {"nu_40": "97.5 cSt", "nu_100": "13 cSt", "viscosity_index": 145}):
-        with refuses("iso_vg"):
-            Oil.generic("pao", **wrong)
-    with refuses("viscosity_index"):
-        Oil.generic("pao", nu_40="8 cSt", viscosity_index=-15.0)
 
 
 @pytest.mark.parametrize(
-    ("name", "field", "remedy"),
+    ("name", "field"),
     [
-        ("olive 97/13", "base", "one of mineral"),
-        ("pao 13/97", "nu_100", "exchanged"),
-        ("pao vg 99", "iso_vg", "nu_40 and nu_100"),
-        ("pao 97", "oil", "pao 97.5/13.3"),
-        ("no_such_oil", "oil", "75w90"),
+        ("olive 97/13", "base"),
+        ("pao 13/97", "nu_100"),
+        ("pao vg 99", "iso_vg"),
+        ("pao 97", "oil"),
+        ("no_such_oil", "oil"),
+        # by keywords: every viscosity once
+        ({}, "iso_vg"),
+        ({"nu_40": "100 cSt"}, "iso_vg"),
+        ({"nu_40": "100 cSt", "nu_100": "14 cSt", "iso_vg": 100}, "iso_vg"),
+        ({"nu_40": "97.5 cSt", "nu_100": "13 cSt", "viscosity_index": 145}, "iso_vg"),
+        ({"nu_40": 97.5, "nu_100": 13.3}, "nu_40"),
+        ({"nu_40": "8 cSt", "viscosity_index": -15.0}, "viscosity_index"),
     ],
 )
-def test_names_that_are_no_oil_say_what_would_be(name: str, field: str, remedy: str) -> None:
-    with pytest.raises(InputError, match=remedy) as raised:
-        Oil.load(name)
-    assert raised.value.field == field
-
-
-def test_a_generic_oil_needs_its_viscosity_once() -> None:
-    with refuses("iso_vg"):
-        Oil.generic("pao")
-    with refuses("iso_vg"):
-        Oil.generic("pao", nu_40="100 cSt")
-    with refuses("iso_vg"):
-        Oil.generic("pao", nu_40="100 cSt", nu_100="14 cSt", iso_vg=100)
-    with refuses("nu_40"):
-        Oil.generic("pao", nu_40=97.5, nu_100=13.3)
+def test_what_is_no_oil(name: str | dict[str, Any], field: str) -> None:
+    with refuses(field):
+        Oil.load(name) if isinstance(name, str) else Oil.generic("pao", **name)
 
 
 OILS = {

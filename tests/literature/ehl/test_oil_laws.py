@@ -60,14 +60,12 @@ def test_walther_between_its_points_by_hand() -> None:
     assert walther_slope(343.15, 1e-4, 11.1e-6) == pytest.approx((low - high) / (2 * step), rel=1e-7)
 
 
-def test_density_by_hand() -> None:
-    """870 kg/m3 at 15 degC falls by 0.0675 % a kelvin: 820.0 at 100 degC. Under 1 GPa 1 + 0.6/2.7 times as dense."""
+def test_laws_of_viscosity_and_density_by_hand() -> None:
+    """eta = eta0 exp((ln eta0 + 9.67)((1 + p/1.96e8)^z - 1)), z = alpha 1.96e8/(ln eta0 + 9.67); Barus and density."""
+    assert float(BARUS.viscosity(np.array([0.1e9]))[0]) == pytest.approx(0.02 * math.exp(1.8), rel=1e-12)
+    # 870 kg/m3 at 15 degC falls by 0.0675 % a kelvin: 820.0 at 100 degC; 1 + 0.6/2.7 times as dense under 1 GPa
     assert density_at(373.15, 870.0, -6.75e-4) == pytest.approx(870.0 * (1.0 - 0.057375), rel=1e-12)
     np.testing.assert_allclose(dowson_higginson_1966(np.array([0.0, 1e9, 2e9])), [1.0, 1 + 0.6 / 2.7, 1 + 1.2 / 4.4])
-
-
-def test_roelands_by_hand() -> None:
-    """eta = eta0 exp((ln eta0 + 9.67)((1 + p/1.96e8)^z - 1)), z = alpha 1.96e8/(ln eta0 + 9.67)."""
     level = math.log(0.02) + 9.67
     z = 18e-9 * 1.96e8 / level
     for pressure in (0.2e9, 1e9, 2e9):
@@ -83,10 +81,6 @@ def test_roelands_falls_with_temperature_as_a_power_of_t_minus_138() -> None:
         cold = float(oil.log_viscosity(np.array([pressure]), np.array([353.15]))[0]) + 9.67
         hot = float(oil.log_viscosity(np.array([pressure]), np.array([403.15]))[0]) + 9.67
         assert hot / cold == pytest.approx((215.15 / 265.15) ** s0, rel=1e-9)
-
-
-def test_barus_by_hand() -> None:
-    assert float(BARUS.viscosity(np.array([0.1e9]))[0]) == pytest.approx(0.02 * math.exp(1.8), rel=1e-12)
 
 
 def test_groups_of_the_line_contact_by_hand() -> None:

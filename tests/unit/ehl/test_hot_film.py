@@ -1,5 +1,7 @@
 """Rounds of film and heat: mixing of the change of viscosity, carrying over to other grids."""
 
+import copy
+
 import numpy as np
 import pytest
 from contacts import BEARING_STEEL as STEEL
@@ -30,24 +32,15 @@ def test_mixing_settles_where_plain_rounds_do_not():
         plain = answer(plain)
         if k == 0:
             np.testing.assert_allclose(mixer.used.values, RELAXATION * first)
+        if k == 2:
+            half, moved = copy.deepcopy(mixer), mixer.on_nodes(np.linspace(-2.0, 1.0, 61))
+            half.halve()
+            np.testing.assert_allclose(half.used.values, 0.5 * (mixer._before[0] + mixer.used.values))
+            np.testing.assert_allclose(moved.used.values[::2], mixer.used.values)
+            np.testing.assert_allclose([s[1][::2] for s in moved._secants], [s[1] for s in mixer._secants])
     np.testing.assert_allclose(answer(mixer.used.values), mixer.used.values, atol=1e-8)
     assert np.abs(answer(plain) - plain).max() > 1e-2
     assert len(mixer._secants) == MEMORY - 1
-
-
-def test_a_halved_step_and_other_nodes():
-    mixer = Mixer(Offset(X, np.zeros_like(X)))
-    for _ in range(3):
-        mixer.follow(Offset(X, answer(mixer.used.values)))
-    before = mixer._before[0]
-    whole = mixer.used.values
-    mixer.halve()
-    np.testing.assert_allclose(mixer.used.values, 0.5 * (before + whole))
-    finer = np.linspace(-2.0, 1.0, 61)
-    moved = mixer.on_nodes(finer)
-    np.testing.assert_allclose(moved.used.values[::2], mixer.used.values)
-    assert len(moved._secants) == 2
-    np.testing.assert_allclose(moved._secants[1][1][::2], mixer._secants[1][1])
 
 
 @pytest.mark.parametrize("fails", [3, 40])

@@ -47,14 +47,25 @@ class Attack:
         return os.mkdir, (str(self.made),)
 
 
-def test_a_result_is_computed_once(folder: Path) -> None:
+def test_a_result_is_computed_once_and_always_where_it_cannot_be_kept(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     make = Count()
     first, second = kept("results", "a", make), kept("results", "a", make)
     assert make.calls == 1
     assert first["values"].tobytes() == second["values"].tobytes()
     assert folder.stat().st_mode & 0o777 == 0o700 or os.name == "nt"
     assert [file.name for file in folder.iterdir()] == ["a"]
-    assert kept("results", "b", make)["call"] == 2
+    # turned off, and without a place
+    monkeypatch.setenv("MIXED_EHL_CACHE", "off")
+    assert kept("results", "a", make)["call"] == 2
+    monkeypatch.delenv("MIXED_EHL_CACHE")
+
+    def nowhere(kind: str, first: Path | None) -> Path:
+        raise PermissionError(kind)
+
+    monkeypatch.setattr(private_files, "user_folder", nowhere)
+    assert kept("results", "a", make)["call"] == 3
 
 
 @pytest.mark.parametrize(
@@ -106,22 +117,6 @@ def test_nothing_is_loaded_that_others_could_have_written(
     )
     assert kept("results", "c", make)["call"] == 4
     assert not ran.exists()
-
-
-def test_without_a_place_and_when_turned_off_everything_is_computed(
-    folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    make = Count()
-    kept("results", "a", make)
-    monkeypatch.setenv("MIXED_EHL_CACHE", "off")
-    assert kept("results", "a", make)["call"] == 2
-    monkeypatch.delenv("MIXED_EHL_CACHE")
-
-    def nowhere(kind: str, first: Path | None) -> Path:
-        raise PermissionError(kind)
-
-    monkeypatch.setattr(private_files, "user_folder", nowhere)
-    assert kept("results", "a", make)["call"] == 3
 
 
 def test_the_least_recently_used_entries_go(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
