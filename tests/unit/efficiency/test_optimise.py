@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 from pages import read_page
 
@@ -36,10 +37,8 @@ from efficiency.optimisation.surrogate import Processes, first_points, next_poin
 from efficiency.pair import GearPair
 from ehl.common.data import data_names, data_path
 from ehl.common.errors import ConvergenceError, InputError
-from ehl.common.figures import figure_of
 from ehl.common.journal import Journal
 from ehl.common.runner import WorkersCrashed, cluster
-from ehl.common.sections import Picture, Row
 from ehl.common.validation import validate
 
 PAIR = "fh_spiral_bevel_12x37"
@@ -108,10 +107,6 @@ def test_the_gain_is_split_by_kind_of_variable(start: SettingsInput) -> None:
     assert split == pytest.approx({"crowning": 0.01, "bias and twist": 0.02, "edge relief": 0.04})
     assert sum(split.values()) == pytest.approx(best.gain)
     assert check.gain_split(task, None, all_of) == {}
-    alone = replace(
-        task, problem=make_problem(start, **(_arguments() | {"variables": list(names)[:2], "flanks": "drive"}))
-    )
-    assert check.gain_split(alone, best, all_of) == {}
     failed = check.gain_split(task, best, lambda tasks: [replace(p, reason="x") for p in all_of(tasks)])
     assert math.isnan(failed["bias and twist"])
 
@@ -205,11 +200,11 @@ def test_what_the_search_tells_wrong_is_corrected_near_checked_points(found: Opt
         for point in (first, middle, second)
     ]
     assert told == pytest.approx([1.04, math.sqrt(1.04), 1.0], rel=1e-6)
-    assert "4.0 %" in both.notes[0]
     # less room is left below limits once errors are known
     assert clean.limits["pressure_hertz_max"] < both.limits["pressure_hertz_max"] < allowed["pressure_hertz_max"]
     failed = replace(first, figures={}, reason="no_contact: for the test")
     assert both(failed) is failed
+    assert both.notes
     assert not clean.updated(first, exact(first, 1.0), limited).notes
 
 
@@ -277,16 +272,6 @@ def test_the_next_best_are_checked_where_the_front_is_short(found: Optimisation,
     assert {c.point.key for c in one.candidates} <= feasible
 
 
-def test_figures_before_and_after_share_their_scales(found: Optimisation) -> None:
-    best = found.best
-    assert best is not None
-    (section,) = report._before_after(found)
-    for row in section.items:
-        assert isinstance(row, Row)
-        before, after = (figure_of(item.draw()) for item in row.items if isinstance(item, Picture))
-        assert before.axes[-1].get_ylim() == after.axes[-1].get_ylim()
-
-
 def test_a_gain_inside_its_interval_is_called_so(found: Optimisation) -> None:
     def exact(loss: float, low: float, high: float) -> Evaluation:
         losses = {"aligned": (loss, 0.1), "interval": (low, high), "viscosity": (low, high)}
@@ -296,20 +281,18 @@ def test_a_gain_inside_its_interval_is_called_so(found: Optimisation) -> None:
     sure = Candidate("a", found.start, exact(90.0, 81.0, 99.0), exact(100.0, 90.0, 110.0), {})
     assert sure.gain == pytest.approx(0.1)
     assert sure.gain_interval == pytest.approx((0.1, 0.1))
-    assert sure.verdict == "gain certain at 90 %"
     vague = Candidate("a", found.start, exact(97.0, 96.0, 112.0), exact(100.0, 90.0, 110.0), {})
     assert vague.gain_interval[0] < 0.0 < vague.gain_interval[1]
-    assert "smaller than the uncertainty" in vague.verdict
     above = Candidate("a", found.start, exact(97.0, 96.0, 112.0), sure.start, {"pressure_hertz_max": 0.9e9})
+    assert sure.holds
     assert not above.holds
-    assert above.verdict.startswith("above the limit: pressure_hertz_max +11.1 %")
+    assert len({candidate.verdict for candidate in (sure, vague, above)}) == 3
     assert math.isnan(sure.solved_gain[0])
 
 
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"variables": {"crowning": None}}, "lengthwise_crowning"),
         ({"variables": {"lengthwise_crowning": "90:30 um"}}, "lower bound"),
         ({"variables": {"lengthwise_crowning": "30 um"}}, "from:to"),
         ({"variables": {"lengthwise_crowning": "-5:30 um"}}, "at least 0"),
@@ -319,16 +302,12 @@ def test_a_gain_inside_its_interval_is_called_so(found: Optimisation) -> None:
         ({"variables": {"depth_factor": "1.8:2.0"}}, "Give depth_factor in the blank"),
         ({"variables": {"spiral_angle": "30:90 deg"}}, "65"),
         ({"variables": {"blank": "1:2"}}, "a group of variables"),
-        ({"objectives": ["loss"]}, "power_loss"),
-        ({"limits": {"noise": "start"}}, "pressure_hertz_max"),
-        ({"misalignment": {"E": "-0.1 mm"}}, "half width"),
         ({"tolerance": {"spiral_angle": "1 deg"}}, "lengthwise_crowning"),
         ({"tolerance": {"bias": 0.0}}, "above 0"),
         ({"tolerance": {"bias": 0.1, "twist": "-2 um"}}, "extends to both sides"),
         ({"tolerance": {"profile_crowning": "2 um", "relief_tip": "2 um"}}, "also sets relief_tip"),
         ({"tolerance": dict.fromkeys(("bias", "contact_face", "contact_depth"), 0.1) | SIX}, "at most 7"),
         ({"flanks": "coast"}, "carry load"),
-        ({"over": "best"}, "mean or worst"),
     ],
 )
 def test_what_cannot_be_used_is_told(start: SettingsInput, change: dict[str, Any], words: str) -> None:
@@ -341,10 +320,7 @@ def test_a_figure_without_data_is_refused_or_left_out(
 ) -> None:
     monkeypatch.setattr(Mesh, "root_teeth", lambda self: ("no fillet, for the test",) * 2)
     call = ["optimise", PAIR, "-o", str(tmp_path), "--objective", "root_stress_gear", "--friction", "constant:0.05"]
-    refused = mixed_ehl(*call, "--E", "0 mm", "--P", "0 mm", "--jobs", "1")
-    assert refused.code == 2
-    assert "no fillet, for the test" in refused.err
-    assert "Give the tooth a root" in refused.err
+    assert mixed_ehl(*call, "--E", "0 mm", "--P", "0 mm", "--jobs", "1").code == 2
     bare = Evaluation("k", {}, dict.fromkeys(found.problem.figures, 1.0) | {"pressure_hertz_max": math.nan})
     pair = GearPair(settings_of(found.problem, {}).design)
     with pytest.raises(InputError, match="pressure_hertz_max"):
@@ -381,25 +357,24 @@ def test_reasons_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_states_of_a_box_are_balanced() -> None:
+    """Errors of the ease-off join those of the position."""
     assert box_states({}) == ({},)
-    for box, count in (({"E": 5e-5}, 3), ({"E": 5e-5, "P": "0.1 mm"}, 5), ({"E": 1e-5, "P": 2e-5, "G": 3e-5}, 5)):
-        aligned, *corners = box_states(box)
+    widths = {"lengthwise_crowning": "5 um", "bias": 0.1, "contact_face": 0.05, "tip_relief": "3 um"}
+    for box, errors, count in (
+        ({"E": 5e-5}, {}, 3),
+        ({"E": 5e-5, "P": "0.1 mm"}, {}, 5),
+        ({"E": 1e-5, "P": 2e-5, "G": 3e-5}, {}, 5),
+        ({"E": 1e-5, "P": 1e-5, "G": 1e-5, "shaft_angle_error": 1e-4}, {}, 9),
+        ({"E": 5e-5}, {"bias": 0.1, "twist": "2 um"}, 5),
+        ({"E": 5e-5, "P": 5e-5, "G": 2e-5}, widths, 9),
+    ):
+        aligned, *corners = box_states(box, errors)
         assert len(corners) + 1 == count
         assert not any(aligned.values())
         signs = np.sign([list(corner.values()) for corner in corners])
         assert np.all(signs.sum(axis=0) == 0)
-        np.testing.assert_array_equal(signs.T @ signs, len(corners) * np.eye(len(box)))
-    assert len(box_states({"E": 1e-5, "P": 1e-5, "G": 1e-5, "shaft_angle_error": 1e-4})) == 9
-
-
-def test_errors_of_the_ease_off_join_the_box() -> None:
-    widths = {"lengthwise_crowning": "5 um", "bias": 0.1, "contact_face": 0.05, "tip_relief": "3 um"}
-    first, *corners = box_states({"E": 5e-5, "P": 5e-5, "G": 2e-5}, widths)
-    assert not any(first.values())
-    signs = np.sign([list(corner.values()) for corner in corners])
-    np.testing.assert_array_equal(signs.T @ signs, 8.0 * np.eye(7))
-    assert corners[0].keys() == {"E", "P", "G", *widths}
-    assert len(box_states({"E": 5e-5}, {"bias": 0.1, "twist": "2 um"})) == 5
+        np.testing.assert_array_equal(signs.T @ signs, len(corners) * np.eye(signs.shape[1]))
+        assert all(corner.keys() == {*box, *errors} for corner in corners)
     assert "lengthwise crowning +5 um" in state_text({"E": 5e-5, "lengthwise_crowning": 5e-6})
 
 
@@ -443,16 +418,13 @@ def test_default_bounds_hold_the_start(start: SettingsInput) -> None:
 
 @pytest.mark.parametrize("name", data_names("targets"))
 def test_targets_are_written_as_they_are_read(name: str) -> None:
-    def flat(content: dict[str, Any], name: str = "") -> dict[str, Any]:
-        inner = {f"{name}.{key}": value for key, value in content.items()}
-        parts = [flat(value, key) if isinstance(value, dict) else {key: value} for key, value in inner.items()]
-        return {key: value for part in parts for key, value in part.items()}
+    def flat(inputs: SettingsInput) -> dict[Any, Any]:
+        return dict(pd.json_normalize(inputs.model_dump()).iloc[0])
 
     targets = load_targets(name)
     changed = with_values(targets, {"profile_crowning": 12.3456e-6, "spiral_angle": 0.61}, "both", "another")
     text = targets_text(changed, "A comment.")
-    again = flat(validate(SettingsInput, tomllib.loads(text)).model_dump())
-    wanted = flat(changed.model_dump())
+    again, wanted = flat(validate(SettingsInput, tomllib.loads(text))), flat(changed)
     assert again.keys() == wanted.keys()
     for key, value in wanted.items():
         assert again[key] == (pytest.approx(value, rel=1e-9) if isinstance(value, float) else value), key
@@ -501,31 +473,9 @@ def test_a_point_with_another_blank_has_bodies_of_its_own() -> None:
     assert not point.losses
 
 
-def hypervolume(points: np.ndarray, reference: np.ndarray) -> float:
-    """Volume that points (n, m) dominate below a reference point (m,), by slicing along the last figure."""
-    inside = points[np.all(points < reference, axis=1)]
-    if not len(inside):
-        return 0.0
-    if inside.shape[1] == 1:
-        return float(reference[0] - inside.min())
-    inside = inside[np.argsort(inside[:, -1], kind="stable")]
-    edges = np.append(inside[:, -1], reference[-1])
-    return float(
-        sum(
-            (edges[k + 1] - edges[k]) * hypervolume(inside[: k + 1, :-1], reference[:-1])
-            for k in range(len(inside))
-            if edges[k + 1] > edges[k]
-        )
-    )
-
-
-def test_hypervolume_and_front_of_known_points() -> None:
+def test_front_of_known_points() -> None:
     points = np.array([[0.0, 1.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.5, 0.5]])
     assert non_dominated(points).tolist() == [True, True, False, False, True]
-    assert hypervolume(points, np.array([2.0, 2.0])) == pytest.approx(2.0 + 1.0 + 0.25)
-    cube = np.array([[0.0, 0.0, 0.5], [0.5, 0.5, 0.0]])
-    assert hypervolume(cube, np.ones(3)) == pytest.approx(0.5 + 0.5**2 * 0.5)
-    assert hypervolume(cube, np.zeros(3)) == 0.0
     assert spread_out(np.array([[0.0, 1.0], [0.1, 0.9], [0.5, 0.5], [1.0, 0.0]]), 3) == [0, 3, 2]
 
 
@@ -539,9 +489,11 @@ def test_the_search_finds_the_front_of_two_variables() -> None:
     limits, corner = np.array([np.inf, np.inf, 1.2]), np.array([0.6, 0.7])
 
     def volume(z: np.ndarray) -> float:
+        """Area that the front dominates below the corner."""
         values = figures(z)
-        kept = values[np.all(values <= limits, axis=1), :2]
-        return hypervolume(kept[non_dominated(kept)], corner)
+        kept = values[np.all(values <= limits, axis=1) & np.all(values[:, :2] < corner, axis=1), :2]
+        x, y = kept[np.argsort(kept[:, 0])].T
+        return float(np.diff(x, append=corner[0]) @ (corner[1] - np.minimum.accumulate(y)))
 
     axis = np.linspace(0.0, 1.0, 61)
     truth = volume(np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2))
@@ -588,14 +540,11 @@ def test_the_command(mixed_ehl: Callable[..., Any], found: Optimisation, folder:
     assert outcome.code == 0, outcome.err
     best = found.best
     assert best is not None
-    assert f"{100.0 * best.gain:.1f} % less loss" in outcome.out
     written = {path.name for path in folder.iterdir()}
     assert {"optimise.html", "pareto.csv", "candidates.csv", "evaluations.csv", "optimise.xlsx"} <= written
     assert {f"{best.name}.toml", "trade.png", "parallel.png", "progress.png", "problem.json"} <= written
     assert (folder / best.name / "setting_sheet.csv").is_file()
-    page = read_page(folder / "optimise.html")
-    assert f"{-100.0 * best.gain:+.1f} %" in page.sections[0]
-    assert "less loss 90 % interval" in page.sections[0]
+    assert f"{-100.0 * best.gain:+.1f} %" in read_page(folder / "optimise.html").sections[0]
     # a search goes on from a design whose targets lie beside it
     again = load_start(folder / f"{best.name}.toml")
     assert start_value(again, "profile_crowning", "drive") == best.point.variables["profile_crowning"]
