@@ -1,8 +1,10 @@
 """Contacts, oils and states that many tests of the contact solver and of friction models share."""
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
+from scipy.stats import qmc
 
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat import _kernels
@@ -27,6 +29,21 @@ def hot_oil(**change: Any) -> Lubricant:
     """Roelands oil with tau0 = 5 MPa at 100 degC."""
     values = {"viscosity_inlet": 0.0106, "pressure_viscosity": 15e-9, "rheology": "eyring", "eyring_stress": 5e6}
     return Lubricant(**(values | {"temperature": 373.15, "temperature_viscosity": 0.04} | change))  # type: ignore[arg-type]
+
+
+def gear_range(count: int, seed: int) -> Iterator[tuple[LineContact, Lubricant]]:
+    """Contacts and oils of the gear range (scrambled Sobol, logarithmic).
+
+    p_h 0.3..2.5 GPa, R 5..80 mm, u_r 0.2..20 m/s, eta0 3..150 mPa s, alpha 10..25 1/GPa, tau0 3..10 MPa, SR 0.01..1.5.
+    """
+    low = np.array([0.3e9, 0.005, 0.2, 0.003, 10e-9, 3e6, 0.01])
+    high = np.array([2.5e9, 0.08, 20.0, 0.15, 25e-9, 10e6, 1.5])
+    for share in qmc.Sobol(7, rng=seed).random(count):
+        p_h, radius, speed, viscosity, alpha, stress, slip = low * (high / low) ** share
+        yield (
+            line_contact(pressure_hertz=p_h, radius_equivalent=radius, speed_entrainment=speed, slide_to_roll=slip),
+            hot_oil(viscosity_inlet=viscosity, pressure_viscosity=alpha, eyring_stress=stress),
+        )
 
 
 def gear_state(**changes: Any) -> ContactState:

@@ -10,17 +10,13 @@ import math
 import tempfile
 from pathlib import Path
 from typing import Any
-from unittest import mock
 
 import numpy as np
-from twins.contact_stress import MODULUS, scenes
+from twins.contact_stress import bounded, scenes, tables
 
-import ehl.rough.mixed
 from ehl import Contact
 from ehl.common.validation import validate
 from ehl.result import ContactResult
-from ehl.rough import TransientResult, solve_transient
-from ehl.rough.accuracy import BUDGET
 
 FILM = 30e-9  # boundary film [m]
 ROUNDING = 1e-6
@@ -42,24 +38,8 @@ def content(row: Row, folder: Path, *, scale: float = 1.0) -> dict[str, Any]:
             path = folder / f"profile_{number}_{scale:g}.csv"
             cutoff = write_random_profile(path, rms, row["correlation_length"], row["index"] + number, scale)
             surface |= {f"profile_{number}": str(path), "cutoff_short": cutoff, "cutoff_long": None}
-    names = ("viscosity_inlet", "pressure_viscosity", "eyring_stress", "rheology", "temperature_viscosity")
-    return {
-        "contact": {
-            "effective_modulus": MODULUS,
-            "pressure_hertz": row["pressure_hertz"],
-            "radius_equivalent": scale * row["radius_equivalent"],
-            "speed_entrainment": scale * row["speed_entrainment"],
-            "slide_to_roll": row["slide_to_roll"],
-            "speed_sliding_lengthwise": scale * row["speed_sliding_lengthwise"],
-        },
-        "lubricant": {
-            **{key: row[key] for key in names},
-            "temperature_oil": f"{row['temperature_celsius']} degC",
-            "limiting_shear_coefficient": row["limiting_shear_coefficient"] or None,
-        },
-        "surface": surface,
-        "model": {"accuracy": "fast", "thermal": row["thermal"]},
-    }
+    lengths = ("radius_equivalent", "speed_entrainment", "speed_sliding_lengthwise")
+    return tables(row | {name: scale * row[name] for name in lengths}, surface, "fast")
 
 
 def write_random_profile(path: Path, rms: float, length: float, seed: int, scale: float) -> float:
@@ -80,11 +60,9 @@ def exchanged(given: dict[str, Any]) -> dict[str, Any]:
     surface = dict(given["surface"])
     one, two = (surface.pop(name, None) for name in ("profile_1", "profile_2"))
     surface |= {name: path for name, path in (("profile_1", two), ("profile_2", one)) if path}
-    contact = given["contact"] | {
-        "slide_to_roll": -given["contact"]["slide_to_roll"],
-        "speed_sliding_lengthwise": -given["contact"]["speed_sliding_lengthwise"],
-    }
-    return given | {"surface": surface, "contact": contact}
+    contact = given["contact"]
+    turned = {name: -contact[name] for name in ("slide_to_roll", "speed_sliding_lengthwise")}
+    return given | {"surface": surface, "contact": contact | turned}
 
 
 def mirrored(given: dict[str, Any]) -> dict[str, Any]:
@@ -95,30 +73,32 @@ def mirrored(given: dict[str, Any]) -> dict[str, Any]:
 
 def in_other_units(given: dict[str, Any]) -> dict[str, Any]:
     """The same numbers in millimetres, megapascals, kilometres per hour ..."""
-    contact, oil, surface = (dict(given[name]) for name in ("contact", "lubricant", "surface"))
-    contact |= {
-        "effective_modulus": f"{contact['effective_modulus'] / 1e9!r} GPa",
-        "pressure_hertz": f"{contact['pressure_hertz'] / 1e6!r} MPa",
-        "radius_equivalent": f"{contact['radius_equivalent'] * 1e3!r} mm",
-        "speed_entrainment": f"{contact['speed_entrainment'] * 3.6!r} km/h",
+
+    def written(table: str, **units: tuple[str, float]) -> dict[str, str]:
+        return {name: f"{given[table][name] * factor!r} {unit}" for name, (unit, factor) in units.items()}
+
+    changed = {
+        "contact": written(
+            "contact",
+            effective_modulus=("GPa", 1e-9),
+            pressure_hertz=("MPa", 1e-6),
+            radius_equivalent=("mm", 1e3),
+            speed_entrainment=("km/h", 3.6),
+        ),
+        "lubricant": written(
+            "lubricant",
+            viscosity_inlet=("mPa s", 1e3),
+            pressure_viscosity=("1/GPa", 1e9),
+            eyring_stress=("MPa", 1e-6),
+        ),
+        "surface": written("surface", correlation_length=("um", 1e6)) | {"boundary_film": "30 nm"},
     }
-    oil |= {
-        "viscosity_inlet": f"{oil['viscosity_inlet'] * 1e3!r} mPa s",
-        "pressure_viscosity": f"{oil['pressure_viscosity'] * 1e9!r} 1/GPa",
-        "eyring_stress": f"{oil['eyring_stress'] / 1e6!r} MPa",
-    }
-    surface |= {"correlation_length": f"{surface['correlation_length'] * 1e6!r} um", "boundary_film": "30 nm"}
-    return given | {"contact": contact, "lubricant": oil, "surface": surface}
+    return given | {name: given[name] | table for name, table in changed.items()}
 
 
 def solved(given: dict[str, Any], travel: float, nodes: int) -> ContactResult:
     """The contact over a window of `travel` half-widths on at most `nodes` nodes."""
-
-    def solve(*values: Any, **options: Any) -> TransientResult:
-        return solve_transient(*values, **(options | {"travel": options.get("travel") or travel}))
-
-    budget = mock.patch.dict(BUDGET, {"fast": (nodes, nodes)})
-    with mock.patch.object(ehl.rough.mixed, "solve_transient", solve), budget:
+    with bounded("fast", travel, nodes):
         return validate(Contact, given).solve()
 
 

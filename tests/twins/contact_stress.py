@@ -10,6 +10,8 @@ import math
 import sys
 import tempfile
 from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,7 +21,6 @@ import numpy as np
 from scipy.stats import qmc
 
 import ehl.rough.mixed
-from ehl.common.data import data_names
 from ehl.common.errors import InputError
 from ehl.common.validation import validate
 from ehl.contact import Contact
@@ -72,8 +73,7 @@ GEAR: dict[str, tuple[float, float, bool]] = WIDE | {
     "thermal": (1.0 / 3.0, 2.0 / 3.0, False),
     "rheology": (0.2, 1.0, False),
 }
-# the gear range with the oil cards in turn, each with its own laws of viscosity, density and shear
-RANGES = {"wide": WIDE, "gear": GEAR, "cards": GEAR}
+RANGES = {"wide": WIDE, "gear": GEAR}
 FALLBACK_STEPS = 0.01  # share of the steps above which a run counts as one with fallback
 LOAD_TOLERANCE = 2e-3
 NUMBERS = (
@@ -81,6 +81,8 @@ NUMBERS = (
     "asperity_load_share", "rolling_traction", "temperature_film_max", "temperature_flash", "film_error",
     "friction_error", "mesh_error", "statistical_error",
 )  # fmt: skip
+MOTION = ("pressure_hertz", "radius_equivalent", "speed_entrainment", "slide_to_roll", "speed_sliding_lengthwise")
+LUBRICANT = ("viscosity_inlet", "pressure_viscosity", "eyring_stress", "rheology", "temperature_viscosity")
 STEPS = ("plain", "relaxed", "continued", "slow", "lagged", "unconverged")
 
 
@@ -111,34 +113,38 @@ class Scene:
                     path = folder / f"profile_{self.index}_{number}.csv"
                     cutoff = write_profile(path, row["kind"], rms[number - 1], row["correlation_length"], half_width)
                     surface |= {f"profile_{number}": str(path), "cutoff_short": cutoff, "cutoff_long": None}
-        temperature = f"{row['temperature_celsius']} degC"
-        lubricant = {
-            **{key: row[key] for key in ("viscosity_inlet", "pressure_viscosity", "eyring_stress")},
-            **{key: row[key] for key in ("rheology", "temperature_viscosity")},
-            "temperature_oil": temperature,
-            "limiting_shear_coefficient": row["limiting_shear_coefficient"] or None,
-        }
-        return validate(
-            Contact,
-            {
-                "contact": {
-                    "effective_modulus": MODULUS,
-                    **{key: row[key] for key in ("pressure_hertz", "radius_equivalent", "speed_entrainment")},
-                    **{key: row[key] for key in ("slide_to_roll", "speed_sliding_lengthwise")},
-                },
-                "lubricant": {"oil": row["oil"], "temperature_oil": temperature} if row["oil"] else lubricant,
-                "surface": surface,
-                "model": {"accuracy": accuracy, "thermal": row["thermal"]},
-            },
-        )
+        return validate(Contact, tables(row, surface, accuracy))
+
+
+def tables(row: dict[str, Any], surface: dict[str, Any], accuracy: str) -> dict[str, Any]:
+    """A contact with its surface as a file states it."""
+    oil = {key: row[key] for key in LUBRICANT}
+    oil["limiting_shear_coefficient"] = row["limiting_shear_coefficient"] or None
+    return {
+        "contact": {"effective_modulus": MODULUS, **{key: row[key] for key in MOTION}},
+        "lubricant": oil | {"temperature_oil": f"{row['temperature_celsius']} degC"},
+        "surface": surface,
+        "model": {"accuracy": accuracy, "thermal": row["thermal"]},
+    }
+
+
+@contextmanager
+def bounded(accuracy: str, travel: float | None, nodes: int | None) -> Iterator[None]:
+    """Rough contacts are solved over a window of `travel` half-widths on at most `nodes` nodes."""
+
+    def solve(*given: Any, **options: Any) -> TransientResult:
+        return solve_transient(*given, **(options | {"travel": options.get("travel") or travel}))
+
+    budget = mock.patch.dict(BUDGET, {accuracy: (nodes, nodes) if nodes else BUDGET[accuracy]})
+    with budget, mock.patch.object(ehl.rough.mixed, "solve_transient", solve):
+        yield
 
 
 def scenes(kind: str, count: int, seed: int) -> list[Scene]:
     """The first `count` scenes of a scrambled Sobol sequence."""
     limits = RANGES[kind]
     sample = qmc.Sobol(len(limits), rng=seed).random(2 ** math.ceil(math.log2(max(count, 2))))[:count]
-    cards = data_names("oils") if kind == "cards" else ("",)
-    return [Scene(i, _row(limits, share) | {"oil": cards[i % len(cards)]}) for i, share in enumerate(sample)]
+    return [Scene(i, _row(limits, share)) for i, share in enumerate(sample)]
 
 
 def _row(limits: dict[str, tuple[float, float, bool]], share: np.ndarray) -> dict[str, Any]:
@@ -150,20 +156,11 @@ def _row(limits: dict[str, tuple[float, float, bool]], share: np.ndarray) -> dic
     slip = 0.0 if abs(v["slide_to_roll"]) < 0.1 else max(-2.0, min(2.0, v["slide_to_roll"]))
     rms = 0.0 if v["roughness_rms"] < 7e-9 else v["roughness_rms"]
     split = max(0.0, min(1.0, v["roughness_split"]))
-    return {
-        "pressure_hertz": v["pressure_hertz"],
-        "radius_equivalent": v["radius_equivalent"],
-        "speed_entrainment": v["speed_entrainment"],
+    return v | {
         "slide_to_roll": slip,
         "speed_sliding_lengthwise": max(0.0, v["lengthwise"]) * v["speed_entrainment"],
-        "viscosity_inlet": v["viscosity_inlet"],
-        "pressure_viscosity": v["pressure_viscosity"],
-        "eyring_stress": v["eyring_stress"],
-        "temperature_celsius": v["temperature_celsius"],
-        "temperature_viscosity": v["temperature_viscosity"],
         "roughness_rms_1": rms * math.sqrt(split),
         "roughness_rms_2": rms * math.sqrt(1.0 - split),
-        "correlation_length": v["correlation_length"],
         "peklenik_number": v["peklenik_number"] if v["peklenik_number"] < 9.0 else SEALED,
         "kind": _choice(v["kind"], (0.5, 0.7, 0.8, 0.9, 1.0), KINDS),
         "thermal": _choice(v["thermal"], (0.33, 0.67, 1.0), ("off", "auto", "on")),
@@ -213,7 +210,7 @@ def broken(result: ContactResult, row: dict[str, Any]) -> list[str]:
         found.append(f"share {result.asperity_load_share}")
     if not 0.0 < result.film_min <= 1.001 * max(result.film_central, result.film_min):
         found.append("films")
-    limit = 0.2 if row["oil"] else row["limiting_shear_coefficient"]
+    limit = row["limiting_shear_coefficient"]
     if not 0.0 <= result.friction_coefficient <= (1.02 * max(0.1, limit) + 0.01 if limit else math.inf):
         found.append(f"mu {result.friction_coefficient:.3g}")
     if not row["temperature_celsius"] + 273.1 <= result.temperature_film_max < 1e5:
@@ -261,17 +258,7 @@ def _doubt(result: ContactResult, accuracy: str, travel: float | None) -> str:
 def solved(scene: Scene, accuracy: str, travel: float | None, nodes_max: int | None = None) -> dict[str, Any]:
     """Outcome and numbers of one scene, over a window of `travel` half-widths on at most `nodes_max` nodes."""
     row = dict(scene.row)
-
-    def solve(*given: Any, **options: Any) -> TransientResult:
-        if options.get("travel") is None:
-            options["travel"] = travel
-        return solve_transient(*given, **options)
-
-    with (
-        mock.patch.object(ehl.rough.mixed, "solve_transient", solve),
-        mock.patch.dict(BUDGET, {accuracy: (nodes_max, nodes_max) if nodes_max else BUDGET[accuracy]}),
-        tempfile.TemporaryDirectory() as folder,
-    ):
+    with bounded(accuracy, travel, nodes_max), tempfile.TemporaryDirectory() as folder:
         try:
             result = scene.case(Path(folder), accuracy).solve()
         except InputError as error:

@@ -60,7 +60,6 @@ class PlainTwin:
     boundary_film: float = 30e-9
     boundary_friction: float = 0.1
     failures: int = field(default=0, init=False)
-    iterations: int = field(default=0, init=False)
     steps: int = field(default=0, init=False)
 
     def __post_init__(self) -> None:
@@ -187,7 +186,6 @@ class PlainTwin:
         """Newton and, where it stalls, turns of relaxed iterations with the present conductance and Newton."""
         for count, slopes, relaxation in TURNS:
             for _ in range(count):
-                self.iterations += 1
                 if self._newton(*problem, slopes, relaxation):
                     return True
         return False

@@ -25,11 +25,10 @@ def test_sample_of_the_campaign() -> None:
 
 
 ROWS = cases(4, 11)
-CHANGES = [{"exchanged", "other units"}, {"exchanged", "other units", "mirrored", "twice the size"},
-           {"exchanged", "other units", "mirrored"}, {"exchanged", "other units", "twice the size"}]  # fmt: skip
+CHANGES = [{"exchanged", "other units"}, {"exchanged", "other units", "mirrored", "twice the size"}]
 
 
-@pytest.mark.parametrize("number", range(4))
+@pytest.mark.parametrize("number", range(2))
 def test_the_same_contact_seen_otherwise(number: int) -> None:
     found = checked(number, ROWS[number], 1.0, 128)
     assert {row["change"] for row in found} == CHANGES[number]

@@ -75,11 +75,7 @@ def test_heat_left_out_or_not_makes_no_jump(name):
     def heated(value: float) -> bool:
         return solved(**others, **{key: value}).heat is not None
 
-    first = heated(low)
-    assert heated(high) != first
-    while abs(high / low - 1.0) > STEP:
-        middle = (low * high) ** 0.5
-        low, high = (middle, high) if heated(middle) == first else (low, middle)
+    low, high = places(low, high, heated)
     assert_no_jump(solved(**others, **{key: low}), solved(**others, **{key: high}))
 
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from contacts import line_contact
 from numpy.testing import assert_allclose
+from refusals import refuses
 from scipy import linalg, optimize
 from scipy.linalg import toeplitz
 
-from ehl.common.errors import InputError
 from ehl.rough.dry import influence_coefficients, solve_dry, uniform_grid
 from ehl.surface.roughness import generate_profile
 
@@ -78,16 +78,6 @@ def test_small_waviness_in_full_contact():
     assert fitted == pytest.approx(0.3e9, rel=0.01)
 
 
-def test_complementarity_of_a_rough_contact():
-    x = uniform_grid(CONTACT, 1024)
-    result = solve_dry(CONTACT, x, rough(x, 0.5e-6))
-    assert result.status == "converged"
-    assert np.all(result.pressure >= 0.0)
-    assert np.all(result.gap > -1e-12)
-    assert np.max(result.pressure * np.abs(result.gap)) < 1e-6 * result.pressure_max * B**2 / 15e-3
-    assert 0.3 * B < result.contact_length < 1.9 * B
-
-
 @pytest.mark.parametrize("rms", [0.3e-6, 1e-6, 2e-6])
 def test_hardness_caps_the_pressure_and_keeps_the_load(rms):
     x = uniform_grid(CONTACT, 512)
@@ -129,6 +119,5 @@ def test_failures_are_statuses():
     ],
 )
 def test_bad_input(x, roughness, hardness, field):
-    with pytest.raises(InputError) as error:
+    with refuses(field):
         solve_dry(CONTACT, x, roughness, hardness=hardness)
-    assert error.value.field == field

@@ -107,11 +107,7 @@ def test_a_wall_that_says_too_little_gives_way_to_a_mesh_as_fine_as_it_takes(mon
     assert true <= fine.friction_error + full.friction_error
     assert fine.friction_error < 0.3
 
-
-def test_a_mesh_as_fine_as_it_takes_is_given_up_where_it_takes_too_much_work(monkeypatch: pytest.MonkeyPatch) -> None:
-    full = case(0.7, 0.05).solve()
-    monkeypatch.setitem(BUDGET, "fast", (200, 1200))
-    fine = case(0.7, 0.05).solve()
+    # where that takes too much work, it is given up
     runs: list[TransientResult] = []
 
     def recorded(*given: Any, **options: Any) -> TransientResult:

@@ -2,10 +2,8 @@
 
 import numpy as np
 import pytest
-from contacts import line_contact
-from scipy.stats import qmc
+from contacts import gear_range
 
-from ehl.fluid.lubricant import Lubricant
 from ehl.smooth.continuation import PathReport, cold_path, features_of_level, transfer
 from ehl.smooth.mesh import grade
 from ehl.smooth.newton import NodeGrid, numbers_of, solve_level
@@ -15,22 +13,6 @@ from ehl.smooth.solver import film_shear, solve_steady
 
 OUTPUTS = ("film_central", "film_min", "friction_fluid")
 ERRORS = ("film_central_error", "film_min_error", "friction_error")
-
-
-def gear_range(count, seed):
-    """Contacts of the gear range (scrambled Sobol, logarithmic)."""
-    low = np.array([0.3e9, 0.005, 0.2, 0.003, 10e-9, 3e6, 0.01])
-    high = np.array([2.5e9, 0.08, 20.0, 0.15, 25e-9, 10e6, 1.5])
-    for share in qmc.Sobol(7, rng=seed).random(count):
-        p_h, radius, speed, viscosity, alpha, stress, slip = low * (high / low) ** share
-        contact = line_contact(
-            radius_equivalent=radius,
-            effective_modulus=2.264e11,
-            pressure_hertz=p_h,
-            speed_entrainment=speed,
-            slide_to_roll=slip,
-        )
-        yield contact, Lubricant(viscosity, alpha, rheology="eyring", eyring_stress=stress)
 
 
 def raw_values(contact, lubricant, counts):

@@ -6,15 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from contacts import BEARING_STEEL as STEEL
+from contacts import gear_range
 from contacts import hot_oil as oil
 from contacts import line_contact as contact
-from scipy.stats import qmc
 from twins.material_points import at_mid_film, conducts_like_the_transient_solver, without_flow_heat
 
-from ehl.fluid.lubricant import FilmConductivity, Lubricant
+from ehl.fluid.lubricant import FilmConductivity
 from ehl.fluid.oil import Oil
 from ehl.heat.estimate import murch_wilson_1975, thermal_loading
-from ehl.line_contact import LineContact
 from ehl.smooth import hot_film, refine
 from ehl.smooth import thermal as thermal_steady
 from ehl.smooth.newton import NewtonFailure
@@ -110,20 +109,8 @@ def test_friction_rises_peaks_and_falls_over_sliding():
     assert np.all(np.diff([r.temperature_film_max for r in results])[1:] > 0.0)
 
 
-def gear_contacts(count: int, seed: int) -> list[tuple[LineContact, Lubricant]]:
-    """p_h 0.3..2.5 GPa, R 5..80 mm, u_r 0.2..20 m/s, eta0 3..150 mPa s, alpha 10..25 1/GPa, SR 0.01..1.5."""
-    low = np.log([0.3e9, 5e-3, 0.2, 0.003, 10e-9, 3e6, 0.01])
-    high = np.log([2.5e9, 0.08, 20.0, 0.15, 25e-9, 10e6, 1.5])
-    contacts = []
-    for point in qmc.Sobol(7, seed=seed).random(count):
-        p, radius, speed, eta, alpha, tau0, slide = np.exp(low + (high - low) * point)
-        line = contact(pressure_hertz=p, radius_equivalent=radius, speed_entrainment=speed, slide_to_roll=slide)
-        contacts.append((line, oil(viscosity_inlet=eta, pressure_viscosity=alpha, eyring_stress=tau0)))
-    return contacts
-
-
 def test_contacts_of_the_gear_range_converge_and_balance():
-    for line, lubricant in gear_contacts(8, seed=8):
+    for line, lubricant in gear_range(8, 8):
         result = solve_smooth(line, lubricant, BODIES, thermal="on")
         assert result.status == "converged"
         assert result.energy_residual < 2e-3  # largest of 128 contacts: 1.3e-3
@@ -137,7 +124,7 @@ def test_auto_leaves_heat_out_only_where_it_changes_little():
     skipped = 0
     slow = [
         (replace(line, speed_entrainment=0.1 * line.speed_entrainment, slide_to_roll=0.3 * line.slide_to_roll), fluid)
-        for line, fluid in gear_contacts(8, seed=9)
+        for line, fluid in gear_range(8, 9)
     ]
     for line, lubricant in slow:
         auto = solve_smooth(line, lubricant, BODIES, thermal="auto")
@@ -153,7 +140,7 @@ def test_auto_leaves_heat_out_only_where_it_changes_little():
 
 
 def test_reported_error_covers_the_difference_to_reference():
-    for line, lubricant in gear_contacts(4, seed=10):
+    for line, lubricant in gear_range(4, 10):
         standard = solve_smooth(line, lubricant, BODIES, thermal="on")
         reference = solve_smooth(line, lubricant, BODIES, thermal="on", accuracy="reference")
         true = abs(standard.friction_fluid / reference.friction_fluid - 1.0)

@@ -1,10 +1,12 @@
 """The transient solver against the steady one, the sealed and the dry limit, balances and symmetries."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 from contacts import line_contact
+from scipy.linalg import toeplitz
 from scipy.optimize import brentq, nnls
 from twins.exact_elasticity import elastic_error
 from twins.rough_scenes import eyring_oil as oil
@@ -16,7 +18,7 @@ from ehl.material import Material
 from ehl.rough import RoughSurfaces, solve_transient
 from ehl.rough._kernels.march import FILM_MEAN, MU_FLUID, SHARE, STAGE
 from ehl.rough._kernels.newton import UNCONVERGED
-from ehl.rough.exponential_sums import kernel_constant, log_coefficients, quad_bessel, range_of
+from ehl.rough.exponential_sums import quad_bessel
 from ehl.rough.run import TransientRun
 from ehl.rough.scaling import Settings, build_problem, flattening_wave_number
 from ehl.smooth.solver import solve_steady
@@ -67,7 +69,7 @@ def friction(records: np.ndarray) -> float:
     return float((records[:, MU_FLUID] + 0.1 * records[:, SHARE]).mean())
 
 
-@pytest.mark.parametrize(("speed", "slide_to_roll"), [(5.0, 0.5), (1.0, 0.1), (15.0, 1.0)])
+@pytest.mark.parametrize(("speed", "slide_to_roll"), [(1.0, 0.1), (15.0, 1.0)])
 def test_smooth_limit_agrees_with_the_steady_solver(speed: float, slide_to_roll: float) -> None:
     line, lubricant = contact(speed, slide_to_roll), oil()
     steady = solve_steady(line, lubricant, accuracy="reference")
@@ -117,15 +119,6 @@ def test_drainage_leaves_smooth_surfaces_alone() -> None:
     drained = solve_transient(contact(), oil(), peklenik_number=1.0, nodes=200)
     sealed = solve_transient(contact(), oil(), peklenik_number=math.inf, nodes=200)
     assert drained.friction_coefficient == sealed.friction_coefficient
-
-
-def test_drained_pockets_reach_boundary_friction() -> None:
-    run = make_run(contact(0.004), oil(), rough(0.3e-6), boundary_film=10e-9, peklenik_number=1.0)
-    roll(run, 11.0)
-    records = roll(run, 2.0)
-    assert records[:, SHARE].mean() > 0.9
-    assert 0.09 < friction(records) < 0.1005
-    assert np.mean(records[:, STAGE] == UNCONVERGED) < 0.01
 
 
 def test_each_step_balances_mass() -> None:
@@ -179,19 +172,14 @@ def dry_contact(gap: np.ndarray, kernel: np.ndarray, load: float) -> np.ndarray:
     return pressures(level)
 
 
-@pytest.mark.parametrize("gamma", [math.inf, 1.0])
-def test_dry_limit_agrees_with_a_dry_contact_solution(gamma: float) -> None:
+def test_dry_limit_agrees_with_a_dry_contact_solution() -> None:
     """With side flow the tips are those of the lateral mode, at the deflection of the mean pressure."""
-    run = make_run(contact(1.0), oil(1e-6, 1e-11), rough(0.4e-6), nodes=160, peklenik_number=gamma)
-    records = roll(run, 4.0 if math.isinf(gamma) else 16.0)
+    run = make_run(contact(1.0), oil(1e-6, 1e-11), rough(0.4e-6), nodes=160, peklenik_number=1.0)
+    records = roll(run, 16.0)
     assert records[-1, SHARE] > 0.98
     n = run.problem.x.size
-    coefficients = log_coefficients(n) + kernel_constant(range_of(n))
-    if math.isfinite(gamma):
-        wave_number = flattening_wave_number(rough(0.4e-6).correlation_length, gamma) * run.problem.units.spacing
-        coefficients = np.array([quad_bessel(wave_number, d) for d in range(n)])
-    coefficients *= run.problem.deflection
-    kernel = coefficients[np.abs(np.subtract.outer(np.arange(n), np.arange(n)))]
+    wave_number = flattening_wave_number(rough(0.4e-6).correlation_length, 1.0) * run.problem.units.spacing
+    kernel = toeplitz([quad_bessel(wave_number, d) for d in range(n)]) * run.problem.deflection
     total = run.state.fluid_pressure + run.state.contact_pressure
     gap = run.state.film - kernel @ total - run.problem.model.contact.boundary
     dry = dry_contact(gap, kernel, float(total.sum()))
@@ -201,10 +189,11 @@ def test_dry_limit_agrees_with_a_dry_contact_solution(gamma: float) -> None:
 
 @pytest.mark.parametrize(
     ("slide_to_roll", "lengthwise", "smooth"),
-    [(0.0, 0.0, 0), (2.0, 0.0, 0), (-2.0, 0.0, 0), (3.0, 0.0, 0), (0.0, 3.0, 0), (0.4, 4.0, 1), (-0.4, 0.0, 2)],
-    ids=["rolling", "u2=0", "u1=0", "opposite", "lengthwise", "both ways, 1 smooth", "2 faster and smooth"],
+    [(0.0, 0.0, 0), (3.0, 0.0, 0), (0.4, 4.0, 1), (-0.4, 0.0, 2)],
+    ids=["rolling", "opposite", "both ways, 1 smooth", "2 faster and smooth"],
 )
 def test_every_motion_runs(slide_to_roll: float, lengthwise: float, smooth: int) -> None:
+    """More motions: `test_stress.py`."""
     surfaces = RoughSurfaces(None if smooth == 1 else profile(0.2e-6, 1), None if smooth == 2 else profile(0.2e-6, 2))
     run = make_run(contact(2.0, slide_to_roll, lengthwise), oil(), surfaces, nodes=150, peklenik_number=1.0)
     records = roll(run, 4.0)
@@ -231,29 +220,6 @@ def test_cap_limits_the_pressure() -> None:
     assert float(total.sum()) == pytest.approx(capped.problem.model.contact.load, rel=2e-6)
 
 
-def test_random_cases_stay_finite() -> None:
-    rng = np.random.default_rng(11)
-    failed = 0
-    for seed in range(12):
-        line = line_contact(
-            radius_equivalent=float(10 ** rng.uniform(-2.3, -1.1)),
-            pressure_hertz=float(rng.uniform(0.4e9, 2.2e9)),
-            speed_entrainment=float(10 ** rng.uniform(-0.7, 1.3)),
-            slide_to_roll=float(rng.uniform(-1.8, 1.8)),
-            speed_sliding_lengthwise=float(rng.uniform(0.0, 3.0)),
-        )
-        lubricant = oil(float(10 ** rng.uniform(-2.4, -0.9)), float(rng.uniform(10e-9, 24e-9)))
-        lc, rms = float(0.2 * line.half_width), float(10 ** rng.uniform(-7.5, -6.2))
-        surfaces = RoughSurfaces(generate_profile(rms, lc, 16.0 * line.half_width, lc / 10.0, seed), None)
-        run = make_run(line, lubricant, surfaces, nodes=128, peklenik_number=1.0, hardness=8e9, thermal=seed % 2 == 0)
-        records = roll(run, 4.0)
-        assert np.all(np.isfinite(records))
-        assert np.all(run.state.mass >= 0.0)
-        assert np.all(run.state.fluid_pressure >= 0.0)
-        failed += int(np.mean(records[:, STAGE] == UNCONVERGED) > 0.01)
-    assert failed == 0
-
-
 def test_whole_solution_reports_its_errors() -> None:
     result = solve_transient(
         contact(1.0), oil(), rough(0.3e-6), nodes=256, travel=12.0, boundary_film=20e-9, boundary_study=True
@@ -272,31 +238,27 @@ def test_whole_solution_reports_its_errors() -> None:
     assert result.snapshot.film.min() >= result.boundary_film * 0.999
 
 
+FINE = generate_profile(0.2e-6, 3e-6, 16.0 * HALF_WIDTH, 1e-6, 1)
+
+
 @pytest.mark.parametrize(
-    ("field", "value"),
+    ("field", "changes"),
     [
-        ("peklenik_number", 0.2),
-        ("boundary_film", 1e-4),
-        ("hardness", 5e8),
-        ("nodes", 10),
-        ("travel", 0.1),
-        ("accuracy", 3.0),
+        ("peklenik_number", {"peklenik_number": 0.2}),
+        ("boundary_film", {"boundary_film": 1e-4}),
+        ("hardness", {"hardness": 5e8}),
+        ("nodes", {"nodes": 10}),
+        ("nodes", {"nodes": 128, "surfaces": RoughSurfaces(FINE, None)}),
+        ("travel", {"travel": 0.1}),
+        ("accuracy", {"accuracy": 3.0}),
     ],
 )
-def test_bad_numbers_are_refused(field: str, value: float) -> None:
+def test_bad_numbers_are_refused(field: str, changes: dict[str, Any]) -> None:
     with pytest.raises(InputError, match=field):
-        solve_transient(contact(), oil(), rough(0.2e-6), **{field: value})  # type: ignore[arg-type]
+        solve_transient(contact(), oil(), **({"surfaces": rough(0.2e-6)} | changes))
 
 
 def test_profile_with_gaps_is_refused() -> None:
-    heights = np.full(200, 1e-7)
-    heights[7] = math.nan
-    broken = RoughProfile(heights, 2e-6, 1e-7, 0.0, 3.0, 20e-6, 36e-6)
+    heights = np.where(np.arange(200) == 7, math.nan, 1e-7)
     with pytest.raises(InputError, match="finite"):
-        RoughSurfaces(broken, None)
-
-
-def test_mesh_too_coarse_for_the_profile_is_refused() -> None:
-    fine = generate_profile(0.2e-6, 3e-6, 16.0 * HALF_WIDTH, 1e-6, 1)
-    with pytest.raises(InputError, match="nodes"):
-        solve_transient(contact(), oil(), RoughSurfaces(fine, None), nodes=128)
+        RoughSurfaces(RoughProfile(heights, 2e-6, 1e-7, 0.0, 3.0, 20e-6, 36e-6), None)
