@@ -13,7 +13,6 @@ from typing import Any
 import pytest
 
 import efficiency
-import ehl
 
 Cli = Callable[..., Any]
 ROOT = Path(__file__).resolve().parents[2]
@@ -24,10 +23,6 @@ Change = tuple[str, str, str]
 CONTACT: list[Change] = [
     ('"1.2 GPa"', '"1.2 Gpa s"', "contact.pressure_hertz"),
     ("pressure_hertz", "presure_hertz", "contact.presure_hertz"),
-    ('"15 mm"', '"15 GPa"', "contact.radius_equivalent"),
-    ('"5 m/s"', '"5 rpm"', "contact.speed_entrainment"),
-    ('"75w90"', '"75w-91"', "lubricant.oil"),
-    ('"75w90"', '"minral vg 220"', "lubricant.base"),
     ('"90 degC"', '"9000 degC"', "lubricant.temperature_oil"),
     ('"steel"', '"stel"', "solid_1.material"),
     ('"0.3 um"', '"3 mm"', "surface.roughness_rms_1"),
@@ -38,38 +33,21 @@ CONTACT: list[Change] = [
 PLAN: list[Change] = [
     ('"2.0 GPa"', '"20 GPa"', "variables.pressure_hertz"),
     ("pressure_hertz", "pressure_herz", "variables.pressure_herz"),
-    ('"60 mm"', '"60 m"', "variables.radius_equivalent"),
-    ('scale = "log"', 'scale = "logarithmic"', "variables.radius_equivalent.scale"),
-    ('"15 m/s"', '"15 rpm"', "variables.speed_entrainment"),
-    ("low = 0.01", 'low = "a"', "variables.slide_to_roll"),
-    ("high = 1.2", "hihg = 1.2", "variables.slide_to_roll.hihg"),
-    ('"120 degC"', '"1200 degC"', "variables.temperature_oil"),
-    ('"1.0 um"', '"1.0 mm"', "variables.roughness_rms"),
-    ("size = 256", "size = -1", "sampling.size"),
-    ("seed = 1", 'seed = "x"', "sampling.seed"),
-    ("[sampling]", "[sample]", "sample"),
-    ('"3000 N/mm"', '"3000 mm"', "constraints.load_per_length"),
-    ("film_ratio", "film_rato", "constraints.film_rato"),
     ('"75w90"', '"75W140"', "lubricant.oil"),
     ('"fast"', '"quick"', "model.accuracy"),
 ]
 TARGETS: list[Change] = [
     ("teeth_pinion = 13", "teeth_pinion = 0", "blank.teeth_pinion"),
     ("teeth_pinion = 13", "teeth_pinion = 50", "blank.teeth_gear"),
-    ("teeth_pinion", "teeth_pinon", "blank.teeth_pinon"),
     ('"170 mm"', '"170"', "blank.outer_pitch_diameter_gear"),
     ('"30 mm"', '"-30 mm"', "blank.face_width_gear"),
-    ('"34 deg"', '"134 deg"', "blank.mean_spiral_angle_gear"),
     ('"15 mm"', '"-0.6 m"', "blank.hypoid_offset"),
     ("method = 2", "method = 4", "blank.method"),
     ('"face_milling"', '"face_hobbing"', "blank.blade_groups"),
-    ('"face_milling"', '"face-miling"', "blank.process"),
     ('"20 deg"', '"80 deg"', "blank.pressure_angle.drive"),
     ('"tilted_root"', '"tilted"', "blank.taper.type"),
     ('"0.2 mm"', '"20 mm"', "blank.backlash.value"),
-    ('"each_flank"', '"each"', "cutting.pinion"),
     ("crowning_toe", "crowning_toes", "targets.drive.crowning_toes"),
-    ("crowning_toe = ", 'crowning_toe = "-4 um" # ', "targets.drive.crowning_toe"),
     ("crowning_toe = ", 'transmission_error = "2 mm" # ', "targets.drive.transmission_error"),
     ('gear = "generated"', 'gear = "cast"', "cutting.gear"),
     ('"ground"', '"grinded"', "pinion.finish"),
@@ -77,54 +55,29 @@ TARGETS: list[Change] = [
 ]
 DESIGN: list[Change] = [
     ('"300 N m"', '"300 N"', "operation.torque"),
-    ('"1200 rpm"', '"1200 Hz m"', "operation.speed"),
     ('"90 degC"', '"-300 degC"', "operation.temperature"),
-    ("torque =", "torqe =", "operation.torqe"),
     ('"75w90"', '"75w80"', "operation.oil"),
     ('"ground"', '"groud"', "pinion.finish"),
     ('"steel"', '"Stahl"', "pinion.material"),
-    ("teeth = 14", "teeth = 0", "pinion.blank.teeth"),
-    ('"left"', '"lefthand"', "pinion.blank.hand"),
-    ('"concave"', '"concav"', "assembly.drive_flank_pinion"),
-    ('"0.1124305 mm"', '"127 MPa"', "assembly.normal_backlash"),
-    ("shaft_angle", "shaftangle", "assembly.shaftangle"),
     ('"90 deg"', '"90"', "assembly.shaft_angle"),
-    ('hypoid_offset = "0 mm"', 'hypoid_offset = "31 s"', "assembly.hypoid_offset"),
     ("[pinion.blank]", "[pinion.blanks]", "pinion.blanks"),
-    ("[operation]", "[operations]", "operations"),
 ]
 SETUP: list[Change] = [
     ('"fva3"', '"fva33"', "oil"),
-    ('"eyring_stress"', '"eyring_stres"', "parameters"),
     ('"9.525 mm"', '"9.525 s"', "conditions.radius_equivalent"),
-    ('"80 degC"', '"80"', "conditions.temperature_oil"),
     ('"point"', '"ball"', "specimens.geometry"),
-    ('"hertz_pressure"', '"pressure"', "specimens.match"),
-    ("geometry =", "geometri =", "specimens.geometri"),
-    ("absolute = 0.0006", "absolute = -1", "noise.absolute"),
-    ("absolute =", "absolut =", "noise.absolut"),
     ('"fast"', '"fastest"', "model.accuracy"),
-    ("[specimens]", "[specimen]", "specimen"),
-    ("[conditions]", "[condition]", "condition"),
-    ("[noise]", "[noises]", "noises"),
     ("[model]", "[models]", "models"),
-    ("oil =", "oill =", "oill"),
 ]
 CARD: list[Change] = [
     ('base = "mineral"', 'base = "minerale"', "base"),
     ("viscosity_kinematic_40 = ", 'viscosity_kinematic_40 = "-220 cSt" #', "viscosity_kinematic_40"),
     ("viscosity_kinematic_100 = ", "viscosity_kinematic_100 = 3e-4 #", "viscosity_kinematic_100"),
-    ("viscosity_kinematic_100", "viscosity_kinematic100", "viscosity_kinematic100"),
     ("density_15 = ", "density_15 = 0.88 #", "density_15"),
-    ("thermal_conductivity = ", "thermal_conductivity = -", "thermal_conductivity"),
-    ("heat_capacity = ", 'heat_capacity = "2 degC" #', "heat_capacity"),
     ("[viscosity]", "[viscosities]", "viscosities"),
 ]
 CURVES: list[Change] = [
-    ("load [N]", "laod [N]", "header"),
     ("load [N]", "load [Pa]", "row 4, load"),
-    ("speed_entrainment [m/s]", "speed_entrainment [rpm]", "row 4, speed_entrainment"),
-    ("slide_to_roll", "slide_to_roll [mm]", "row 4, slide_to_roll"),
     (",0.009260", "", "friction_coefficient"),
     (",0.009260", ",0,009260", "row 5"),
 ]
@@ -132,16 +85,11 @@ SHEET: list[Change] = [
     ("units, mm", "units, cm", "line 2"),
     ("units, mm", "unit, mm", "mean cone distance"),
     ("member, pinion", "member, pinon", "line 4"),
-    ("member, pinion", "members, pinion", "line 5"),
-    ("teeth, 14", "teeth, 14.5", "line 5 (teeth)"),
     ("teeth, 14", "teeth, 0", "teeth"),
-    ("hand, left", "hand, lefthand", "line 13 (hand)"),
     ("hand, left", "hand, right", "hand"),
     ("face width, 25.4", "face width, -25.4", "face_width"),
     ("pitch angle, 19.7468", "pitch angle, 197.468", "pitch_angle"),
     ("mean addendum, 4.836", "mean addendum, nan", "mean addendum"),
-    ("flank, concave", "flank, concav", "line 15"),
-    ("cutter type, face milling", "cutter type, facemilling", "cutter type"),
     ("process, generated", "process, generating", "process"),
     ("radial setting", "raidal setting", "radial_setting"),
     ("ratio of roll, 2.98436034987", "ratio of roll, 0", "roll_ratio"),
@@ -213,10 +161,8 @@ TRACTION, SETUP_FILE = (str(ROOT / "docs/examples" / name) for name in ("synthet
 # right options of a command, and (option, what the user wrote)
 OPTIONS: dict[str, tuple[tuple[Any, ...], dict[str, str], list[tuple[str, str]]]] = {
     "mu": (("mu", "75w90"), POINT, [
-        ("--pressure", "1"), ("--pressure", "1 mm"), ("--radius", "15"), ("--radius", "15 s"), ("--speed", "3"),
-        ("--speed", "3 rpm"), ("--slide-to-roll", "a"), ("--slide-to-roll", "3 m/s"), ("--temperature", "90"),
-        ("--temperature", "9000 degC"), ("--roughness-rms", "0.5 mm"), ("--oil", "75w91"), ("--pressure", "-1 GPa"),
-        ("--speed", "0 m/s"), ("--slide-to-roll", "nan"), ("--correlation-length", "50"),
+        ("--setup", "none.toml"), ("--output", "x.csv"), ("--plot", "x.xls"), ("--report", "x.txt"), ("--jobs", "0"),
+        ("--fit", "eyring_stres"), ("--oil", "fva33"), ("--seed", "-1"),
     ]),
     "gear": (("gear", PAIR), {}, [
         ("--torque", "300"), ("--torque", "300 rpm"), ("--torque", "nan N m"), ("--speed", "1500"),
@@ -226,8 +172,8 @@ OPTIONS: dict[str, tuple[tuple[Any, ...], dict[str, str], list[tuple[str, str]]]
         ("--torque", "0 N m"), ("--torque", "10, 20 N m"), ("--speed", "0 rpm"), ("--side", "both"),
     ]),
     "geometry": (("geometry", PAIR), {}, [
-        ("--E", "0.1"), ("--E", "3 mm"), ("--shaft-angle-error", "1 mm"), ("--side", "left"), ("--marking", "0 um"),
-        ("--marking", "6"), ("--torque", "100 N m"), ("--units", "cubits"),
+        ("--E", "0.1"), ("--shaft-angle-error", "1 mm"), ("--side", "left"), ("--marking", "0 um"),
+        ("--torque", "100 N m"), ("--units", "cubits"),
     ]),
     "map": (("map", PAIR), {}, [
         ("--torque", "1:2 N m"), ("--torque", "1, x N m"), ("--speed", "1,5 rpm"),
@@ -238,92 +184,77 @@ OPTIONS: dict[str, tuple[tuple[Any, ...], dict[str, str], list[tuple[str, str]]]
         ("--plot", "x.xls"),
     ]),
     "new contact": (("new", "contact"), {}, [
-        ("--pressure", "100 GPa"), ("--pressure", "1 mm"), ("--radius", "15 s"), ("--radius", "15"),
-        ("--speed", "-1 m/s"), ("--slide-to-roll", "much"), ("--roughness", "1 mm"),
-        ("--oil", "75W140"), ("--temperature", "90"), ("--output", "x.csv"),
+        ("--pressure", "100 GPa"), ("--radius", "15 s"), ("--speed", "-1 m/s"), ("--slide-to-roll", "much"),
+        ("--roughness", "1 mm"), ("--oil", "75W140"), ("--temperature", "90"), ("--output", "x.csv"),
     ]),
     "new others": (("new",), {}, [
-        ("oil --base", "minral"), ("oil --vg", "221"), ("oil --vg", "thick"), ("plan --size", "many"),
-        ("plan --oil", "75w91"), ("design --like", "fm_bevel"), ("design --torque", "300 mm"),
-        ("targets --offset", "5"), ("targets --process", "milling"), ("targets --teeth-pinion", "0"),
-        ("targets --finish", "groud"), ("duty --torque", "300"), ("duty --speed", "0 rpm"),
+        ("oil --base", "minral"), ("oil --vg", "221"), ("plan --size", "many"), ("plan --oil", "75w91"),
+        ("design --like", "fm_bevel"), ("design --torque", "300 mm"), ("targets --offset", "5"),
+        ("targets --process", "milling"), ("targets --teeth-pinion", "0"), ("targets --finish", "groud"),
+        ("duty --torque", "300"), ("duty --speed", "0 rpm"),
     ]),
     "compare": (("compare", PAIR), {}, [
-        ("--torque", "300"), ("--torque", "1, 2 N m"), ("--speed", "1 mm"), ("--friction", "xu_kahraman_2006"),
-        ("--side", "both"), ("--oil", "oil"), ("--speed", "1500"), ("--temperature", "90"),
-        ("--temperature", "900 degC"), ("--oil", "75w91"), ("--friction", "constant:two"), ("--report", "x.pdf"),
-        ("--driver", "geer"),
+        ("--torque", "300"), ("--speed", "1 mm"), ("--friction", "xu_kahraman_2006"), ("--side", "both"),
+        ("--oil", "oil"), ("--temperature", "90"), ("--report", "x.pdf"), ("--driver", "geer"),
     ]),
     "loss-map": (("loss-map", PAIR), {"--torque": "100, 200 N m", "--speed": "500 rpm"}, [
         ("--torque", "100"), ("--speed", "500 N m"), ("--friction", "constant:-1"), ("--temperature", "hot"),
-        ("--drag", "2"), ("--model", "x.csv"), ("--torque", "100:x:3 N m"), ("--speed", "-500 rpm"),
-        ("--friction", "75w9"), ("--temperature", "900 degC"), ("--drag", "-2 N m"), ("--load-share", "150 %"),
-        ("--torque", "-1:1 N m"), ("--torque", "-1:1:3"), ("--speed", "0:100:3 rpm"), ("--load-share", "60 %"),
-        ("--load-share", "-1 %"), ("--axle-losses", "none.csv"), ("--load-balance", "friction"), ("--xlsx", "x.csv"),
-        ("--model", "no/where.vtlm"),
+        ("--drag", "2"), ("--model", "x.csv"), ("--load-share", "150 %"), ("--torque", "-1:1 N m"),
+        ("--speed", "0:100:3 rpm"), ("--load-share", "60 %"), ("--axle-losses", "none.csv"),
+        ("--load-balance", "friction"), ("--xlsx", "x.csv"),
     ]),
     "axle": (("axle", "truck_hypoid"), {}, [
-        ("--torque", "100"), ("--speed", "500 N m"), ("--temperature", "balanced"), ("--temperature", "900 degC"),
-        ("--friction", "75w9"), ("--bearings", "skv"), ("--seals", "lip"), ("--churning", "iso"), ("--duty", "no.csv"),
-        ("--test", "triple"), ("--model", "x.csv"), ("--model", "x.vtlm"),
+        ("--torque", "100"), ("--speed", "500 N m"), ("--temperature", "balanced"), ("--friction", "75w9"),
+        ("--bearings", "skv"), ("--seals", "lip"), ("--churning", "iso"), ("--duty", "no.csv"), ("--test", "triple"),
+        ("--model", "x.csv"), ("--model", "x.vtlm"),
     ]),
     "misalignment": (("misalignment", PAIR), {"--E": "0, 0.1 mm"}, [
-        ("--E", "0.1"), ("--P", "1 deg"), ("--shaft-angle-error", "1 mm"), ("--side", "up"), ("--E", "0:0.1 mm"),
-        ("--P", "0.1"), ("--G", "0.1"), ("--G", "2 s"), ("--shaft-angle-error", "2"), ("--side", "both sides"),
-        ("--torque", "300"), ("--torque", "-300 N m"), ("--friction", "75w91"), ("--speed", "10"), ("--E", "0, 5 mm"),
-        ("--E", "-0.1:0.1:1 mm"), ("--shaft-angle-error", "0:1:2:3 arcmin"), ("--marking", "6"),
+        ("--E", "0.1"), ("--P", "1 deg"), ("--shaft-angle-error", "1 mm"), ("--side", "up"), ("--G", "0.1"),
+        ("--torque", "300"), ("--friction", "75w91"), ("--speed", "10"), ("--E", "0, 5 mm"), ("--E", "-0.1:0.1:1 mm"),
+        ("--marking", "6"),
     ]),
     "axle-test": (("axle-test", PAIR), {}, [
-        ("--application", "singel"), ("--torque-max", "2500"), ("--torque-max", "-1 N m"), ("--torque-max", "100 N m"),
-        ("--revolutions-per-mile", "1"),
-        ("--revolutions-per-mile", "-650"), ("--revolutions-per-mile", "many"), ("--friction", "constant:2"),
-        ("--friction", "75w91"), ("--temperature", "80"), ("--temperature", "900 degC"),
-        ("--axle-losses", "none.csv"), ("--drag", "2"), ("--drag", "-2 N m"), ("--load-share", "2"),
-        ("--load-share", "a %"), ("--load-balance", "friction"), ("--xlsx", "x.csv"),
+        ("--application", "singel"), ("--torque-max", "2500"), ("--torque-max", "100 N m"),
+        ("--revolutions-per-mile", "1"), ("--revolutions-per-mile", "-650"), ("--friction", "constant:2"),
+        ("--temperature", "80"), ("--axle-losses", "none.csv"), ("--drag", "2"), ("--load-share", "2"),
+        ("--load-balance", "friction"), ("--xlsx", "x.csv"),
     ]),
     "export": (("export", PAIR), {"--output": "out"}, [
-        ("--what", "tooths"), ("--what", "gird"), ("--member", "pinon"), ("--rows", "2"), ("--rows", "-5"),
-        ("--columns", "1"), ("--columns", "1e3"), ("--margin", "0.6"), ("--margin", "-0.1"), ("--rim", "6"),
-        ("--rim", "-6 mm"), ("--bore", "-1 mm"), ("--bore", "10 m"), ("--units", "si"),
+        ("--what", "tooths"), ("--member", "pinon"), ("--rows", "2"), ("--columns", "1"), ("--columns", "1e3"),
+        ("--margin", "0.6"), ("--rim", "6"), ("--rim", "-6 mm"), ("--bore", "-1 mm"), ("--bore", "10 m"),
+        ("--units", "si"),
     ]),
     "export formula": (("export", "75w90"), {"--output": "mu.py"}, [
-        ("--language", "pyton"), ("--language", "java"), ("--output", "no/where/mu.py"), ("--oil", "75w91"),
-        ("--output", "my-friction.c"),
+        ("--language", "pyton"), ("--output", "no/where/mu.py"), ("--oil", "75w91"), ("--output", "my-friction.c"),
         ("--oil", "fva3"), ("--what", "grid"), ("--member", "pinion"),
     ]),
     "correct": (("correct", PAIR, "none.csv"), {}, [
-        ("--order", "3"), ("--order", "0"), ("--uncertainty", "1"), ("--uncertainty", "-1 um"),
+        ("--order", "3"), ("--uncertainty", "1"),
     ]),
     "plan": (("plan", PAIR), {"--duty": "duty.csv", "--output": "p.toml"}, [
         ("--duty", "none.csv"), ("--output", "p.json"), ("--oil", "75w91"), ("--size", "0"), ("--size", "-1"),
         ("--coverage", "a"),
     ]),
     "study": (("study", PAIR), {}, [
-        ("--friction", "75w91"), ("--friction", "constant:-1"), ("--jobs", "0"), ("--jobs", "-2"),
-        ("--torque", "50"), ("--torque", "50:250 N m"), ("--speed", "100"), ("--speed", "0 rpm"),
-        ("--temperature", "80"), ("--temperature", "800 degC"), ("--roughness-each", "0.2"),
-        ("--roughness-each", "-0.2 um"), ("--oil", "75w91"), ("--side", "both"), ("--E", "0.1"),
+        ("--friction", "75w91"), ("--jobs", "0"), ("--torque", "50"), ("--torque", "50:250 N m"), ("--speed", "100"),
+        ("--temperature", "80"), ("--roughness-each", "0.2"), ("--oil", "75w91"), ("--side", "both"), ("--E", "0.1"),
         ("--shaft-angle-error", "4 mm"), ("--load-balance", "friction"), ("--P", "10 m"),
     ]),
     "optimise": (("optimise", "fm_hypoid_13x42"), {}, [
         ("--vary", "crowning"), ("--objective", "loss"), ("--objective", "pressure"), ("--limit", "presure_max"),
-        ("--flanks", "drives"), ("--evaluations", "1"), ("--evaluations", "many"), ("--batch", "0"),
-        ("--check", "-1"), ("--check", "many"), ("--seed", "-1"), ("--duty", "none.csv"), ("--oil", "none"),
-        ("--E", "0.05"), ("--E", "-0.05 mm"), ("--over", "median"), ("--jobs", "0"), ("--vary", "hypoid_ofset"),
-        ("--limit", "noise"), ("--tolerance", "bias"),
-        ("--dask", "nowhere.json"), ("--dask", "local:x"), ("--check-friction", "75w90"),
-        ("--check-friction", "ehl:rough"),
+        ("--flanks", "drives"), ("--evaluations", "1"), ("--batch", "0"), ("--check", "-1"), ("--seed", "-1"),
+        ("--duty", "none.csv"), ("--oil", "none"), ("--E", "0.05"), ("--over", "median"), ("--jobs", "0"),
+        ("--vary", "hypoid_ofset"), ("--limit", "noise"), ("--tolerance", "bias"), ("--dask", "nowhere.json"),
+        ("--dask", "local:x"), ("--check-friction", "75w90"),
     ]),
     "fit": (("fit", "gear_fva3_noise"), {"--output": "f.json"}, [
-        ("--family", "shrot"), ("--family", "neural"), ("--output", "no/where/f.json"), ("--output", "f.toml"),
-        ("--paths", "none"), ("--noise", "none"), ("--plot", "x.xls"), ("--report", "x.pdf"),
-        ("--noise", "gear_75w90_noise"), ("--paths", "gear_75w90_paths"), ("--output", "."), ("--report", "f.json"),
-        ("--report", "none/fit.html"),
+        ("--family", "shrot"), ("--output", "no/where/f.json"), ("--output", "f.toml"), ("--paths", "none"),
+        ("--noise", "none"), ("--plot", "x.xls"), ("--report", "x.pdf"), ("--noise", "gear_75w90_noise"),
+        ("--paths", "gear_75w90_paths"), ("--output", "."), ("--report", "f.json"), ("--report", "none/fit.html"),
     ]),
     "fit names": (("fit", "--output", "f.json"), {}, [
         (f"{ROOT}/data/plans/demo.toml", "--corners"), (f"{ROOT}/data/oils/75w90.toml", "--corners"),
-        (f"{ROOT}/data/designs/fm_hypoid_13x42.toml", "--corners"),
-        (f"{ROOT}/data/formulas/75w90.json", "--corners"),
+        (f"{ROOT}/data/designs/fm_hypoid_13x42.toml", "--corners"), (f"{ROOT}/data/formulas/75w90.json", "--corners"),
         (f"{ROOT}/docs/examples/synthetic_traction.csv", "--corners"), ("75w90", "--corners"),
         ("gear_fva3_nois", "--corners"),
     ]),
@@ -343,18 +274,17 @@ OPTIONS: dict[str, tuple[tuple[Any, ...], dict[str, str], list[tuple[str, str]]]
     ]),
     "app": (("app",), {}, [
         ("--port", "80"), ("--port", "many"), (f"{ROOT}/data/oils/75w90.toml", "--no-browser"),
-        (f"{ROOT}/data/formulas/75w90.json", "--no-browser"), (f"{ROOT}/docs/examples/contact.toml", "--no-browser"),
-        (f"{ROOT}/docs/examples", "--no-browser"), (f"{ROOT}/docs/examples/synthetic_traction.csv", "--no-browser"),
-        (f"{ROOT}/README.md", "--no-browser"), ("none.toml", "--no-browser"), ("fm_hypoid_13x43", "--no-browser"),
-        (f"{ROOT}/data/targets/fm_hypoid_13x42.toml", "--no-browser"),
-        (f"{ROOT}/data/blanks/fm_hypoid_13x42.toml", "--no-browser"), ("--host", "0.0.0.0"), ("--friction", "75w90"),
-        ("--browser", "firefox"), (PAIR, "fm_hypoid_13x42"),
+        (f"{ROOT}/data/formulas/75w90.json", "--no-browser"), (f"{ROOT}/docs/examples", "--no-browser"),
+        (f"{ROOT}/docs/examples/synthetic_traction.csv", "--no-browser"), (f"{ROOT}/README.md", "--no-browser"),
+        ("none.toml", "--no-browser"), ("fm_hypoid_13x43", "--no-browser"),
+        (f"{ROOT}/data/targets/fm_hypoid_13x42.toml", "--no-browser"), ("--host", "0.0.0.0"), ("--friction", "75w90"),
+        ("--browser", "firefox"), ("fm_spiral_bevel_14x39", "fm_hypoid_13x42"),
     ]),
     "names": ((), {}, [
         ("gear", "fm_spiral_bevel_14x40"), ("gear", "75w90"), ("gear", "fm_spiral_bevel_14x39.toml"),
         ("gear", "mine.toml"), ("blank", "iso23509_f9"), ("settings", "fh_hypoid_9x35"), ("solve", "contact.toml"),
-        ("solve", f"{ROOT}/docs"), ("sweep", "demos"), ("oil", "fva"), ("frobnicate", "x"),
-        ("compare", "demo"), ("new", "targts"),
+        ("solve", f"{ROOT}/docs"), ("sweep", "demos"), ("oil", "fva"), ("frobnicate", "x"), ("compare", "demo"),
+        ("new", "targts"),
     ]),
 }  # fmt: skip
 IN_OPTIONS = [(command, *mistake) for command, (_, _, mistakes) in OPTIONS.items() for mistake in mistakes]
@@ -391,22 +321,15 @@ READERS = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("command", READERS)
-def test_file_of_another_kind_is_named(mixed_ehl: Cli, command: str, kind: str) -> None:
-    if READERS[command] == kind or (command == "oil" and KINDS[kind].suffix != ".toml"):
-        return
-    outcome = mixed_ehl(command, KINDS[kind], *(["--estimate"] if command == "sweep" else []))
-    told(outcome, KINDS[kind].name)
+def test_file_of_another_kind_is_named(mixed_ehl: Cli, command: str) -> None:
+    for kind, file in KINDS.items():
+        if READERS[command] != kind and (command != "oil" or file.suffix == ".toml"):
+            told(mixed_ehl(command, file, *(["--estimate"] if command == "sweep" else [])), file.name)
 
 
 def test_all_problems_of_a_file_at_once(mixed_ehl: Cli, tmp_path: Path) -> None:
     text = right_file("contact").replace("1.2 GPa", "120 GPa").replace("75w90", "75w91", 1).replace('"EP"', '"PE"')
     file = tmp_path / "contact.toml"
     file.write_text(text, encoding="utf-8")
-    outcome = mixed_ehl("solve", file)
-    told(outcome, "contact.pressure_hertz", "lubricant.oil", "surface.additive")
-    with pytest.raises(ehl.InputError) as caught:
-        ehl.Contact.from_file(file)
-    fields = [problem.field for problem in caught.value.problems]
-    assert fields == ["contact.pressure_hertz", "lubricant.oil", "surface.additive"]
+    told(mixed_ehl("solve", file), "contact.pressure_hertz", "lubricant.oil", "surface.additive")
