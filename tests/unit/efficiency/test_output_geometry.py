@@ -4,21 +4,20 @@ import csv
 import json
 import re
 import shlex
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from pages import read_page
 
 from efficiency.design.design import Design, load_design
 from efficiency.geometry import pair_geometry as geometry_module
 from efficiency.geometry.pair_geometry import PairGeometry, pair_geometry
 from efficiency.output.files import FORMAT, inspection_grid, write_inspection_grid
-from efficiency.output.geometry_report import contact_table, graded_notes, misalignment_text, side_figures
+from efficiency.output.geometry_report import contact_table, graded_notes, side_figures
 from efficiency.output.machine_summary import summary_rows, write_summary
 from efficiency.output.plots_geometry import blank_figure
 from ehl.common.errors import ConvergenceError
@@ -57,10 +56,8 @@ def test_flank_angles_agree_with_the_blank(geometry: PairGeometry) -> None:
         assert np.degrees(flank.spiral_angle) == pytest.approx(35.0, abs=0.5)
         assert np.degrees(flank.pressure_angle) == pytest.approx(20.0, abs=0.2)
     assert geometry.flanks["pinion_concave"].lowest > 0.0
-    notes = geometry.notes
-    assert any("pinion concave flank ends" in note for note in notes)
-    # the pinion settings of this pair define the flanks only; the gear is cut to its root cone
-    assert any("pinion convex flank: the blade tips" in note for note in notes)
+    # the pinion settings of this pair define the flanks only, with a note of each; the gear is cut to its root cone
+    assert all(any(f"pinion {side} flank" in note for note in geometry.notes) for side in ("concave", "convex"))
     for name in ("gear_concave", "gear_convex"):
         root = geometry.flanks[name].root_error
         assert root is not None
@@ -77,24 +74,15 @@ def test_a_side_that_fails_is_told(design: Design, monkeypatch: pytest.MonkeyPat
     assert found.status == "failed"
     (told,) = [note for note in graded_notes(found) if note.where]
     assert (told.grade, told.where) == ("fault", "coast")
-    assert told.text.endswith("coast flank ends")
-
-
-def drawn(figure: Figure) -> Iterator[Axes]:
-    figure.canvas.draw()
-    yield from (axes for axes in figure.axes if axes.axison)
 
 
 def test_every_axis_has_a_name_and_a_unit(geometry: PairGeometry, design: Design) -> None:
     figures = [figure_of(shown.draw()) for side in geometry.sides.values() for shown in side_figures(side)]
     for figure in [*figures, blank_figure(design)]:
-        for axes in drawn(figure):
-            labels = [axes.get_xlabel(), axes.get_ylabel()]
-            if axes.get_label() == "<colorbar>":
-                labels = [label for label in labels if label]
-                assert labels
-            for label in labels:
-                assert re.search(r"\[[^\]]+\]", label), label
+        for axes in (axes for axes in figure.axes if axes.axison):
+            labels = {axes.get_xlabel(), axes.get_ylabel()} - ({""} if axes.get_label() == "<colorbar>" else set())
+            assert labels
+            assert all(re.search(r"\[[^\]]+\]", label) for label in labels), labels
 
 
 def test_figures_of_an_undercut_hypoid_pair() -> None:
@@ -102,20 +90,13 @@ def test_figures_of_an_undercut_hypoid_pair() -> None:
     assert any("undercut" in note.text for note in graded_notes(found))
     pictures = {picture.name: picture for picture in side_figures(found.sides["drive"])}
     for name in ("teeth_in_mesh", "ease_off_pinion", "contact_pattern_gear"):
-        assert len(list(drawn(figure_of(pictures[f"drive_{name}"].draw())))) >= 2
+        assert sum(axes.axison for axes in figure_of(pictures[f"drive_{name}"].draw()).axes) >= 2
 
 
 def test_contact_table_has_a_column_for_each_side(geometry: PairGeometry) -> None:
     table = contact_table(geometry)
     for side, row in zip(geometry.sides.values(), table.records(), strict=True):
         assert row["peak_to_peak"] == side.pair.transmission.peak_to_peak
-    assert "arcsec" in table.html()
-
-
-def test_misalignment_in_words(design: Design) -> None:
-    assert misalignment_text(design) == "aligned"
-    moved = design.with_misalignment(E=1e-4, shaft_angle_error=np.radians(0.05))
-    assert misalignment_text(moved) == "misaligned: E +0.1 mm, shaft_angle_error +0.05 deg"
 
 
 @pytest.mark.parametrize(("units", "factor"), [("metric", 1e3), ("inch", 1.0 / 0.0254)])
@@ -131,7 +112,6 @@ def test_summary_holds_the_numbers_of_the_design(design: Design, tmp_path: Path,
     assert float(table["machine", "cradle_angle"]["gear_concave"]) == pytest.approx(
         np.degrees(design.gear.concave.machine.cradle_angle), rel=1e-15
     )
-    assert table["machine", "radial_setting"]["unit"] == ("mm" if units == "metric" else "in")
     assert table["cutter", "point_radius"]["unit"] == ("mm" if units == "metric" else "in")
     assert table["blank", "hand"]["pinion_concave"] == "left"
     assert int(table["blank", "teeth"]["gear_convex"]) == 39
@@ -151,43 +131,20 @@ def test_blank_dimensions_of_the_summary(design: Design) -> None:
         assert (apex + crown) * np.tan(np.radians(angle)) == pytest.approx(0.5 * diameter, rel=1e-9)
 
 
-def test_grid_file_is_the_flank(design: Design, tmp_path: Path) -> None:
-    flank = design.gear.flank("convex")
-    grid = inspection_grid(flank, 5, 9, margin=0.08)
-    path = tmp_path / "gear_convex.csv"
-    write_inspection_grid(path, design, "gear", "convex", grid)
-    lines = path.read_text(encoding="utf-8").splitlines()
-    assert lines[0] == f"# {FORMAT}; member=gear; flank=convex; units=mm"
-    assert lines[2] == "row,column,x,y,z,nx,ny,nz"
-    table = np.loadtxt(lines[3:], delimiter=",")
-    assert table.shape == (45, 8)
-    u, h = flank.blank.coordinates(np.hypot(table[:, 2], table[:, 3]) * 1e-3, table[:, 4] * 1e-3)
-    on_flank, _ = flank.solve(np.real(u), np.real(h))
-    np.testing.assert_allclose(table[:, 2:5].T * 1e-3, on_flank.position, atol=2e-12)
-    np.testing.assert_allclose(table[:, 5:].T, on_flank.normal, atol=1e-9)
-    rows, columns = table[:, 0].reshape(5, 9), table[:, 1].reshape(5, 9)
-    assert (np.diff(rows, axis=0) == 1.0).all()
-    assert (np.diff(columns, axis=1) == 1.0).all()
-    # row 1 at the root, column 1 at the heel
-    assert (np.diff(np.real(h).reshape(5, 9), axis=0) > 0.0).all()
-    assert (np.diff(np.real(u).reshape(5, 9), axis=1) < 0.0).all()
-
-
-def test_normals_of_the_grid_point_out_of_the_tooth(design: Design) -> None:
-    """Both flanks of a gear slot face each other."""
-    concave, convex = (inspection_grid(design.gear.flank(side), 3, 3) for side in ("concave", "convex"))
-    across = convex.position[:, 1, 1] - concave.position[:, 1, 1]
-    assert across @ concave.normal[:, 1, 1] > 0.0
-    assert across @ convex.normal[:, 1, 1] < 0.0
-
-
-def test_grid_starts_where_the_flank_does(design: Design) -> None:
-    flank = design.pinion.flank("concave")
-    lowest = flank.lowest_fraction()
-    grid = inspection_grid(flank, 7, 11)
-    assert 0.0 < lowest == grid.lowest < 0.1
-    assert np.isfinite(grid.position).all()
+def test_grid_file_starts_at_root_and_heel(design: Design, tmp_path: Path) -> None:
+    """That its points are on the flank is in `test_contact_surfaces`."""
+    flank, path = design.pinion.flank("concave"), tmp_path / "pinion.csv"
+    grid = inspection_grid(flank, 5, 9)
+    assert 0.0 < flank.lowest_fraction() == grid.lowest < 0.1
     assert design.gear.flank("concave").lowest_fraction() == 0.0
+    write_inspection_grid(path, design, "pinion", "concave", grid)
+    lines = path.read_text(encoding="utf-8").splitlines()
+    assert lines[0] == f"# {FORMAT}; member=pinion; flank=concave; units=mm"
+    table = pd.read_csv(path, comment="#")
+    assert [*table] == ["row", "column", "x", "y", "z", "nx", "ny", "nz"]
+    u, h = flank.blank.coordinates(np.hypot(table["x"], table["y"]) * 1e-3, table["z"] * 1e-3)
+    assert np.corrcoef(table["row"], np.real(h))[0, 1] > 0.8
+    assert np.corrcoef(table["column"], np.real(u))[0, 1] < -0.99
 
 
 def commands() -> list[str]:
@@ -202,10 +159,6 @@ def test_example_commands_run(mixed_ehl: Cli, tmp_path: Path, monkeypatch: pytes
     page = read_page(tmp_path / "geometry.html")
     # figures of the side, and the axial section
     assert page.source.count("<svg") == 10
-    for words in ("machine root angle", "Ease-off", "mixed-ehl", "1. Drive side"):
-        assert words in page.text
-    assert "arcsec transmission error without load, drive" in page.sections[0]
-    assert "the mating tip would reach it" in page.sections[0]
     assert "nan" not in page.text
     names = {path.stem for path in (tmp_path / "geometry").glob("*.png")}
     assert {"blank_section", "coast_ease_off_gear", "coast_contact_pattern_pinion", "coast_teeth_in_mesh"} <= names
@@ -228,6 +181,3 @@ def test_geometry_on_the_command_line(mixed_ehl: Cli) -> None:
     assert result["marking"] == pytest.approx(8e-6)
     assert list(result["sides"]) == ["coast"]
     assert result["sides"]["coast"]["pattern"]["area_share"] > 0.1
-    table = mixed_ehl("geometry", PAIR, "--side", "drive", "--units", "inch")
-    for words in ("machine root angle", "transmission error", "contact ratio", "[deg]", "4.50702"):
-        assert words in table.out
