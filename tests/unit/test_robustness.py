@@ -1,6 +1,5 @@
 """What can go wrong, and that one sentence says so: the faults of docs/robustness.md, each provoked."""
 
-import csv
 import json
 import os
 import re
@@ -8,7 +7,8 @@ import subprocess
 import sys
 import tracemalloc
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -26,12 +26,11 @@ import regression
 from ehl.common.errors import InputError
 from ehl.common.figures import save_figure
 from ehl.common.files import MAX_BYTES, MAX_DEPTH, MAX_KEYS, parse_json, parse_toml, read_text
-from ehl.common.pages import figure_svg, write_csv
+from ehl.common.pages import figure_svg
 from ehl.common.runner import checked_jobs
 from ehl.common.table import Table
 from ehl.common.table_reader import MAX_CELLS, MAX_ROWS, harmless, read_table
 from ehl.common.units import ValueRange, parse_quantity
-from ehl.fluid.oil import Oil
 from regression.data.result_files import read_file
 
 Cli = Callable[..., Any]
@@ -57,33 +56,39 @@ def refused(outcome: Any) -> None:
     assert 0 < len(outcome.err) < 5000
 
 
+@pytest.fixture
+def failing(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Callable[..., Any]:
+    """Exit code and message of a command that fails in a way that the program does not foresee."""
+
+    def command(fail: Callable[[], object], place: Path = tmp_path) -> tuple[object, str]:
+        monkeypatch.setattr(efficiency, "doctor", lambda **options: fail())
+        monkeypatch.setattr("tempfile.tempdir", str(place))
+        with pytest.raises(SystemExit) as end:
+            efficiency.cli.main()
+        said = capsys.readouterr().err
+        assert said.count("\n") == 1
+        return end.value.code, said
+
+    return command
+
+
 def test_a_lack_of_memory_is_one_sentence_and_no_fault_of_the_program(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    failing: Callable[..., Any], tmp_path: Path
 ) -> None:
-    monkeypatch.setattr(efficiency, "doctor", lambda **options: bytearray(2**60))
-    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    with pytest.raises(SystemExit) as end:
-        efficiency.cli.main()
-    assert end.value.code == 1
-    assert capsys.readouterr().err.count("\n") == 1
+    assert failing(lambda: bytearray(2**60))[0] == 1
     assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("error", [RuntimeError("[/bold] unforeseen"), OSError(5, "unforeseen")])
 def test_a_fault_of_the_program_is_one_sentence_and_a_log(
-    error: Exception, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    error: Exception, failing: Callable[..., Any], tmp_path: Path
 ) -> None:
-    def fail(**options: object) -> None:
+    def fail() -> None:
         raise error
 
-    monkeypatch.setattr(efficiency, "doctor", fail)
-    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    with pytest.raises(SystemExit) as end:
-        efficiency.cli.main()
-    assert end.value.code == 70
-    said = capsys.readouterr().err
+    code, said = failing(fail)
     (log,) = tmp_path.glob("mixed-ehl-fault-*.log")
-    assert said.count("\n") == 1
+    assert code == 70
     assert "unforeseen" in said
     assert str(log) in said
     assert log.stat().st_mode & 0o077 == 0 or os.name == "nt"
@@ -92,27 +97,38 @@ def test_a_fault_of_the_program_is_one_sentence_and_a_log(
 
 
 def test_a_fault_without_a_place_for_its_log(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    failing: Callable[..., Any], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr(efficiency, "doctor", lambda **options: 1 // 0)
-    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "gone"))
     (tmp_path / "deleted").mkdir()
     monkeypatch.chdir(tmp_path / "deleted")
     (tmp_path / "deleted").rmdir()
-    with pytest.raises(SystemExit) as end:
-        efficiency.cli.main()
-    assert end.value.code == 70
-    assert capsys.readouterr().err.count("\n") == 1
+    assert failing(lambda: 1 // 0, tmp_path / "gone")[0] == 70
 
 
-@pytest.mark.parametrize("text", ["x = " + "[" * 100_000, "x = " + "[" * 60 + "]" * 60, "x" + ".x" * 60 + " = 1"])
-def test_toml_nested_too_deep_is_refused(text: str, mixed_ehl: Cli, tmp_path: Path) -> None:
-    refused(mixed_ehl("solve", case(tmp_path, text)))
+@contextmanager
+def memory_below(limit: float) -> Iterator[None]:
+    """A block that takes no more memory [byte]."""
+    tracemalloc.start()
+    try:
+        yield
+        assert tracemalloc.get_traced_memory()[1] < limit
+    finally:
+        tracemalloc.stop()
 
 
-@pytest.mark.parametrize("text", ["[" * 100_000, "[" * 60 + "]" * 60, '{"a":' * 60 + "1" + "}" * 60])
-def test_json_nested_too_deep_is_refused(text: str, mixed_ehl: Cli, tmp_path: Path) -> None:
-    refused(mixed_ehl("mu", case(tmp_path, text, "formula.json"), *POINT))
+DEEP = {
+    "toml": ("x = " + "[" * 100_000, "x = " + "[" * 60 + "]" * 60, "x" + ".x" * 60 + " = 1"),
+    "json": ("[" * 100_000, "[" * 60 + "]" * 60, '{"a":' * 60 + "1" + "}" * 60),
+}
+
+
+@pytest.mark.parametrize("kind", DEEP)
+def test_files_nested_too_deep_are_refused(kind: str, mixed_ehl: Cli, tmp_path: Path) -> None:
+    for text in DEEP[kind]:
+        path = case(tmp_path, text, f"case.{kind}")
+        refused(mixed_ehl("solve", path) if kind == "toml" else mixed_ehl("mu", path, *POINT))
+    inner = "[" * (MAX_DEPTH - 2) + "]" * (MAX_DEPTH - 2)
+    assert parse_toml(f"x = {inner}", "file", "name") if kind == "toml" else parse_json(inner, "file", "name")
 
 
 def test_many_problems_at_once_are_a_readable_message() -> None:
@@ -125,12 +141,6 @@ def test_a_file_with_thousands_of_keys_is_a_readable_message(mixed_ehl: Cli, tmp
     for count in (MAX_KEYS // 4, MAX_KEYS + 1):
         keys = "\n".join(f"k{k} = 1" for k in range(count))
         refused(mixed_ehl("solve", case(tmp_path, f"[contact]\n{keys}\n")))
-
-
-def test_what_is_nested_less_is_read() -> None:
-    inner = MAX_DEPTH - 2
-    assert parse_toml("x = " + "[" * inner + "]" * inner, "file", "name")
-    assert parse_json("[" * inner + "]" * inner, "file", "name")
 
 
 @pytest.mark.parametrize("number", ["9" * 10_000, "1" + 400 * "0", "0x" + "f" * 10_000, "1e400", "-inf", "nan"])
@@ -149,11 +159,6 @@ def test_no_text_of_a_quantity_takes_long(text: str) -> None:
     with pytest.raises(InputError) as error:
         parse_quantity(text, "m")
     assert len(str(error.value)) < 600
-
-
-def test_units_with_small_powers_stay() -> None:
-    assert parse_quantity("7.8 g/cm**3", "kg/m^3") == pytest.approx(7800.0)
-    assert parse_quantity("1 kg m^2 s^-2", "J") == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize("name", ["n" * 5000, "two\nlines", "\x1b[31mred", ""])
@@ -202,12 +207,8 @@ def test_a_file_too_large_is_refused_before_it_is_read(mixed_ehl: Cli, tmp_path:
     path = tmp_path / "large.toml"
     with path.open("wb") as file:
         file.truncate(10 * MAX_BYTES)  # sparse
-    tracemalloc.start()
-    try:
+    with memory_below(50e6):
         refused(mixed_ehl("solve", path))
-        assert tracemalloc.get_traced_memory()[1] < 50e6
-    finally:
-        tracemalloc.stop()
 
 
 def workbook(path: Path, place: tuple[int, int] = (2, 1)) -> Path:
@@ -221,12 +222,8 @@ def workbook(path: Path, place: tuple[int, int] = (2, 1)) -> Path:
 def test_a_cell_far_down_a_sheet_takes_no_memory(tmp_path: Path) -> None:
     assert read_table(workbook(tmp_path / "last.xlsx", (1_048_570, 1)), TORQUES) == {"torque": (100.0,)}
     path = workbook(tmp_path / "far.xlsx", (100_000, 1))
-    tracemalloc.start()
-    try:
+    with memory_below(10e6):  # an empty cell for every row would take more
         assert read_table(path, TORQUES) == {"torque": (100.0,)}
-        assert tracemalloc.get_traced_memory()[1] < 10e6  # an empty cell for every row would take more
-    finally:
-        tracemalloc.stop()
 
 
 @pytest.mark.parametrize(
@@ -285,10 +282,6 @@ def test_tables_too_large_are_refused(text: str, tmp_path: Path) -> None:
 def test_cells_a_spreadsheet_would_compute_are_quoted(text: str, tmp_path: Path) -> None:
     assert harmless(text) == f"'{text}"
     assert harmless("-2.5") == "-2.5"
-    (written,) = write_csv(tmp_path, [Table((text, "value"), ((text, -1.0),), text)])
-    with written.open(encoding="utf-8", newline="") as file:
-        for row in csv.reader(file):
-            assert not row[0].startswith(("=", "+", "-", "@"))
     path = tmp_path / "back.csv"
     path.write_text(f'torque,label\n1,"{harmless(text)}"\n', encoding="utf-8")
     assert read_table(path, TORQUES)["label"] == (text,)
@@ -348,12 +341,8 @@ def test_declared_arrays_are_refused_before_memory_is_taken(results: Path, mixed
                 kind = column.dtype
                 del file[name]
                 file.create_dataset(name, (10**12,), kind, chunks=(1024,))
-    tracemalloc.start()
-    try:
+    with memory_below(50e6):
         refused(mixed_ehl("sweep", "status", path))
-        assert tracemalloc.get_traced_memory()[1] < 50e6
-    finally:
-        tracemalloc.stop()
 
 
 def test_a_plan_too_large_is_refused_before_its_points_are_made(mixed_ehl: Cli, tmp_path: Path) -> None:
@@ -365,13 +354,9 @@ def test_a_plan_too_large_is_refused_before_its_points_are_made(mixed_ehl: Cli, 
         plan += f'{name} = {{ low = "{low}", high = "{high}" }}\n'
     plan = f'name = "huge"\n{plan}[sampling]\nmethod = "factorial"\nlevels = 1000\n[lubricant]\noil = "fva3"\n'
     windowed = plan + "[constraints]\nfilm_ratio = { low = 0.1, high = 5.0 }\n"
-    tracemalloc.start()
-    try:
+    with memory_below(100e6):
         for text in (plan, windowed):
             refused(mixed_ehl("sweep", case(tmp_path, text), "-o", tmp_path / "run"))
-        assert tracemalloc.get_traced_memory()[1] < 100e6
-    finally:
-        tracemalloc.stop()
 
 
 @pytest.mark.parametrize(
@@ -471,11 +456,18 @@ def test_outputs_are_checked_before_anything_is_computed(
     def begun(*_: object, **__: object) -> None:
         raise AssertionError
 
-    for name in ("efficiency.load", "efficiency.Axle", "efficiency.blank", "efficiency.sized_for_load"):
-        monkeypatch.setattr(name, begun)
-    for name in ("efficiency.import_design", "efficiency.machine_corrections", "efficiency.study", "regression.Run"):
-        monkeypatch.setattr(name, begun)
-    monkeypatch.setattr("efficiency.optimise", begun)
+    for name in (
+        "load",
+        "Axle",
+        "blank",
+        "sized_for_load",
+        "import_design",
+        "machine_corrections",
+        "study",
+        "optimise",
+    ):
+        monkeypatch.setattr(efficiency, name, begun)
+    monkeypatch.setattr(regression, "Run", begun)
     option = command[-1].lstrip("-")
     suffix = {"report": ".html", "xlsx": ".xlsx", "model": ".vtlm"}.get(option, ".toml" if command[0] == "plan" else "")
     (tmp_path / "file").write_text("")
@@ -483,14 +475,6 @@ def test_outputs_are_checked_before_anything_is_computed(
     folders = option in ("csv", "plot") or command[0] in ("export", "study", "optimise")
     for path in (tmp_path / "file" / f"below{suffix}", tmp_path / ("file" if folders else f"folder{suffix}")):
         refused(mixed_ehl(*command, path))
-
-
-def test_a_reader_that_stops_reading_is_no_fault() -> None:
-    with subprocess.Popen([*MAIN, "gear", "--help"], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as run:
-        assert run.stdout is not None
-        assert run.stderr is not None
-        run.stdout.close()
-        assert b"Traceback" not in run.stderr.read()
 
 
 def test_a_terminal_without_greek_letters() -> None:
@@ -525,12 +509,7 @@ def test_any_name_is_drawn(name: str, suffix: str, tmp_path: Path) -> None:
     axes.legend()
     save_figure(figure, tmp_path / f"figure{suffix}")
     assert (tmp_path / f"figure{suffix}").stat().st_size > 1000
-
-
-def test_a_page_keeps_the_signs_of_a_name() -> None:
-    figure = Figure()
-    figure.suptitle("歯車 $1")
-    assert ">歯車 $1<" in figure_svg(figure)
+    assert suffix != ".svg" or "☃" not in name or f">{name}<" in figure_svg(figure)
 
 
 def test_brackets_in_an_option_are_no_markup(mixed_ehl: Cli) -> None:
@@ -566,11 +545,6 @@ def test_texts_of_other_encodings_are_refused(tmp_path: Path) -> None:
         read_text(path, "file", "a text")
     path.write_bytes("\ufeffÖl".encode())
     assert read_text(path, "file", "a text") == "Öl"
-
-
-def test_shipped_oils_have_names_that_fit() -> None:
-    for name in ehl.shipped("oils"):
-        assert Oil.load(name).name.isprintable()
 
 
 def test_no_duration_comes_from_a_clock_that_jumps() -> None:
