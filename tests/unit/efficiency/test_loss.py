@@ -13,7 +13,6 @@ from samples import AXLE_OIL as OIL
 from samples import BEVEL as DESIGN
 from samples import OPERATION, tiny_load, tiny_mesh
 
-from efficiency.design.design import Design
 from efficiency.loss import efficiency as stage
 from efficiency.loss.closed_form import coleman_type
 from efficiency.loss.efficiency import LoadedGrids, MeshGrids, load_grids, mesh_efficiency
@@ -21,16 +20,14 @@ from efficiency.loss.kinematics import LoadedPoints, Operation
 from efficiency.loss.power_loss import efficiency_of, position_losses
 from efficiency.ltca.limits import limit_notes, pressure_peak
 from efficiency.ltca.load_distribution import distribute_load
-from efficiency.output.comparison_report import plot_comparison
-from efficiency.output.plots_load import plot_friction_and_loss, plot_load_sharing, plot_map, plot_transmission_error
+from efficiency.output.plots_load import plot_friction_and_loss, plot_load_sharing, plot_map
 from efficiency.pair import GearPair
-from ehl.common.data import data_path, reason_text
+from ehl.common.data import reason_text
 from ehl.common.errors import InputError
 from ehl.common.progress import Progress
 from ehl.fluid.oil import Oil
 from ehl.state import ContactState
 from ehl.uncertainty.spread import UncertaintyInput
-from regression.formula import Formula
 from regression.friction.conditions import Conditions
 from regression.friction.models import ConstantFriction, FrictionEstimate, FrictionFlag, FrictionModel
 
@@ -104,17 +101,8 @@ def test_missing_friction_is_a_failure_not_a_number(loaded: LoadedGrids, flag: F
     assert (result.status, result.reason) == ("failed", reason)
     assert math.isnan(result.efficiency)
     assert result.to_dict()["efficiency"] is None
-    beyond = np.count_nonzero(result.points.state.pressure_hertz > 1e9)
-    assert f"formula test has no value at {beyond} of {result.solution.points_loaded} loaded points" in result.notes
+    assert any("has no value at" in note for note in result.notes)
     assert plot_friction_and_loss(result).get_title().endswith(reason_text(reason))
-
-
-def test_a_formula_without_a_value_fails_the_run() -> None:
-    formula = Formula.load(data_path("formulas", "75w90.json"))
-    huge = formula.model_copy(update={"coefficients": formula.coefficients | {"strain": math.inf}})
-    result = PAIR.at(huge, grid=COARSE)
-    assert (result.status, result.reason) == ("failed", "friction_undefined")
-    assert result.friction_range.flags["undefined"] == result.solution.points_loaded
 
 
 def test_pressure_above_the_hardness_fails_and_says_where(mesh: MeshGrids) -> None:
@@ -128,42 +116,25 @@ def test_pressure_above_the_hardness_fails_and_says_where(mesh: MeshGrids) -> No
     assert math.isnan(result.efficiency)
     assert math.isnan(result.power_loss)
     assert result.pressure_hertz_max == pressure.max()
-    assert f"above the 1.2 GPa hardness of the softer member at {above} of {pressure.size} loaded" in result.notes[0]
-    assert f"up to {pressure.max() / 1e9:.4g} GPa" in result.notes[0]
-    assert "mm from the toe" in result.notes[0]
+    assert f"hardness of the softer member at {above} of {pressure.size} loaded" in result.notes[0]
     assert result.to_dict()["notes"] == [reason_text(result.reason), *result.notes]
     # a torque at which no point reaches it
     light = mesh_efficiency(load_grids(weak, 5.0), ConstantFriction(0.05), OIL, OPERATION)
     assert light.status == "converged"
-    assert not any("hardness" in note for note in light.notes)
 
 
-def test_load_at_the_edges_is_told(loaded: LoadedGrids) -> None:
-    peak = pressure_peak(loaded.fine, loaded.mesh.teeth)
-    assert peak.pressure == loaded.fine.pressure_hertz_max
-    (note,) = limit_notes(loaded.fine, loaded.mesh.teeth, loaded.mesh.unloaded_error)
-    assert "gear tip" in note
-    assert "before and after the path of the smooth flanks" in note
-    result = mesh_efficiency(loaded, ConstantFriction(0.05), OIL, OPERATION)
-    assert 0.0 < result.edges.load_share < result.edges.loss_share < 0.5
-    assert result.pressure_hertz_max < result.edges.pressure_lower < result.edges.pressure < result.edges.pressure_upper
-
-
-def with_offset(offset: float) -> Design:
+def test_flanks_that_do_not_match_are_noted_or_refused() -> None:
     """The shipped bevel pair with the axes moved apart as if it were a hypoid pair."""
-    return DESIGN.model_copy(update={"assembly": DESIGN.assembly.model_copy(update={"hypoid_offset": offset})})
-
-
-def test_flanks_that_do_not_match_are_told() -> None:
-    result = GearPair(with_offset(0.003)).at(grid=COARSE)
+    near, far = (
+        GearPair(DESIGN.model_copy(update={"assembly": DESIGN.assembly.model_copy(update={"hypoid_offset": offset})}))
+        for offset in (0.003, 0.01)
+    )
+    result = near.at(grid=COARSE)
     arcsec = math.degrees(result.cycle.transmission_error_unloaded) * 3600.0
     assert arcsec > 100.0
     assert any(f"transmission error, {arcsec:.0f} arcsec peak to peak" in note for note in result.notes)
-
-
-def test_flanks_that_do_not_match_at_all_are_refused() -> None:
     with fails("transmission"):
-        GearPair(with_offset(0.01)).at(grid=COARSE)
+        far.at(grid=COARSE)
 
 
 def test_a_load_inside_the_flank_needs_no_note(loaded: LoadedGrids) -> None:
@@ -180,15 +151,6 @@ def test_failed_load_is_a_failure(mesh: MeshGrids, monkeypatch: pytest.MonkeyPat
     assert math.isnan(result.efficiency)
 
 
-def test_result_is_json(loaded: LoadedGrids) -> None:
-    content = mesh_efficiency(loaded, ConstantFriction(0.05), OIL, OPERATION).to_dict()
-    assert json.loads(json.dumps(content)) == content
-    assert content["conditions"]["speed"] == 125.0
-    assert len(content["cycle"]["power_loss"]) == content["solution"]["positions"] == 4
-    assert content["power_loss"] == pytest.approx((1.0 - content["efficiency"]) * content["power_input"])
-    assert set(content["friction_range"]["ranges"]) == set(stage.RANGES)
-
-
 def test_faster_is_the_same_share_of_loss_for_constant_friction(loaded: LoadedGrids) -> None:
     slow, fast = (
         mesh_efficiency(loaded, ConstantFriction(0.05), OIL, Operation(speed, 363.15)) for speed in (10.0, 400.0)
@@ -197,64 +159,40 @@ def test_faster_is_the_same_share_of_loss_for_constant_friction(loaded: LoadedGr
     assert fast.power_loss == pytest.approx(40.0 * slow.power_loss, rel=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("changes", "allowed"),
-    [
-        ({"torque": 1e300}, r"torque = 1e\+300 .*at most 1e\+06 N\*m"),
-        ({"torque": -250.0}, r"torque = -250\.0 .*above 0 N\*m"),
-        ({"speed": 5001.0}, r"speed = 5001\.0 .*at most 5000 rad/s"),
-        ({"temperature": 80.0}, r"temperature = 80\.0 .*80 degC"),
-    ],
-)
-def test_operating_points_are_held_to_the_ranges_of_the_design_file(changes: dict[str, float], allowed: str) -> None:
-    with pytest.raises(InputError, match=allowed):
-        PAIR.at(grid=COARSE, **changes)
-    with pytest.raises(InputError, match=allowed):
-        PAIR.over(grid=COARSE, **{name: [value] for name, value in changes.items()})
+IMPOSSIBLE: dict[str, tuple[Any, ...]] = {
+    "torque": (0.0, -300.0, math.nan, math.inf, 1e300),
+    "speed": (0.0, -1.0, math.nan, 5001.0),
+    "temperature": (80.0, 90.0, 600.0, math.nan),
+}
 
 
-@pytest.mark.parametrize("torque", [0.0, -300.0, math.nan, math.inf])
-def test_impossible_torque_is_refused(mesh: MeshGrids, torque: float) -> None:
-    with refuses("torque"):
-        distribute_load(mesh.fine, mesh.teeth, torque)
-    with refuses("torque"):
-        PAIR.at(grid=COARSE, torque=torque)
+@pytest.mark.parametrize(("name", "value"), [(name, value) for name, values in IMPOSSIBLE.items() for value in values])
+def test_impossible_conditions_are_refused(mesh: MeshGrids, name: str, value: float) -> None:
+    """At one point, over a grid, and of the torque where loads are distributed; ranges are those of the design file."""
+    with refuses(name):
+        PAIR.at(grid=COARSE, **{name: value})
+    with refuses(name):
+        PAIR.over(grid=COARSE, **{name: [value]})
+    if name == "torque" and not 0.0 < value < math.inf:
+        with refuses("torque"):
+            distribute_load(mesh.fine, mesh.teeth, value)
 
 
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [
-        *(("speed", speed) for speed in (0.0, -1.0, math.nan)),
-        *(("temperature", temperature) for temperature in (90.0, 600.0, math.nan)),
-        *(("grid", grid) for grid in ((5, 9), (2, 9), (4, 3))),
-    ],
-)
-def test_impossible_conditions_are_refused(name: str, value: Any) -> None:
-    with pytest.raises(InputError, match="positions|points_per_line" if name == "grid" else name):
-        PAIR.at(**{"grid": COARSE, name: value})
+@pytest.mark.parametrize("grid", [(5, 9), (2, 9), (4, 3), (4.5, 9)])
+def test_impossible_grids_are_refused(grid: tuple[int, int]) -> None:
+    with pytest.raises(InputError, match=r"positions|points_per_line"):
+        PAIR.at(grid=grid)
 
 
 def test_impossible_roughness_is_refused() -> None:
-    with refuses("roughness_rms_gear"):
-        Operation(100.0, 363.15, 0.0, -1e-7)
     # the design file allows 20 um
     assert Operation(100.0, 363.15, 2e-5, 2e-5).roughness_rms_pinion == 2e-5
-    with refuses("roughness_rms_pinion"):
-        Operation(100.0, 363.15, 2.1e-5)
+    for rough, member in (((0.0, -1e-7), "gear"), ((2.1e-5,), "pinion")):
+        with refuses(f"roughness_rms_{member}"):
+            Operation(100.0, 363.15, *rough)
 
 
-def test_names_are_checked_before_anything_is_computed() -> None:
-    with refuses("friction model"):
-        PAIR.at("coulomb", grid=COARSE)
-    with refuses("friction model"):
-        PAIR.at("ehl:rough", grid=COARSE)
-    with refuses("oil"):
-        PAIR.at(grid=COARSE, oil="butter")
-    with refuses("design"):
-        GearPair("no_such_design")
-
-
-def test_run_functions_agree_and_figures_show_the_result(mesh: MeshGrids) -> None:
+def test_run_functions_agree_and_figures_show_the_result() -> None:
     result = PAIR.at("xu_kahraman_2007", grid=COARSE)
     assert result.conditions.torque == DESIGN.operation.torque
     comparison = PAIR.compare(("xu_kahraman_2007",), grid=COARSE)
@@ -285,10 +223,8 @@ def test_run_functions_agree_and_figures_show_the_result(mesh: MeshGrids) -> Non
 
     sharing = plot_load_sharing(result).lines[0].get_ydata()
     assert np.max(sharing) == pytest.approx(max(max(p.share.values()) for p in result.load.positions))
-    assert len(plot_transmission_error(result).lines) == 2
     loss = plot_friction_and_loss(result).figure.axes[1].lines[0].get_ydata()
     np.testing.assert_array_equal(loss, result.cycle.power_loss)
-    assert len(plot_comparison(comparison).patches) == len(comparison.rows)
     assert [len(axes.lines) for axes in plot_map(map_).figure.axes] == [2, 2]
 
 

@@ -13,13 +13,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from refusals import refuses
 
 from efficiency.cli.options import MAP_FILES
 from efficiency.pair import GearPair
 from efficiency.vehicle.axle_test import AxleTest, axle_test_points, power_loss_40cfr1037, solve_axle_test
 from efficiency.vehicle.loss_map import LossMap, SimpleAxleLosses, read_axle_losses
 from efficiency.vehicle.map_files import FORMATS, VECTO_HEAD, lossy_gear
-from ehl.common.data import reason_text
 from ehl.common.errors import ConvergenceError, InputError
 from regression.data.dataset import load_dataset
 
@@ -67,8 +67,6 @@ def test_vecto_file_is_read_back(tmp_path: Path) -> None:
     path = map_of_pair().write_model(tmp_path / "axle.vtlm")
     head, *rows = path.read_text().splitlines()
     assert head.split(" #")[0] == VECTO_HEAD
-    assert "at 0 rpm the torque losses of 100 rpm" in head
-    assert "1.5 N m + 0.5 %" in head
     assert "," not in head.split(" #")[1]
     values = np.array([[float(cell) for cell in row.split(",")] for row in rows])
     assert values[:, 0].tolist() == [0.0] * 3 + [100.0] * 3 + [1500.0] * 3
@@ -142,19 +140,13 @@ def test_other_map_files_are_refused(tmp_path: Path, name: str) -> None:
     assert not list(tmp_path.iterdir())
 
 
-def test_map_without_coast_is_no_file(tmp_path: Path) -> None:
+def test_maps_without_coast_or_with_points_missing_are_no_file(tmp_path: Path) -> None:
     found = map_of_pair()
     drive = replace(found, points=tuple(point for point in found.points if point.torque > 0.0))
-    with pytest.raises(InputError) as error:
+    with refuses("torque"):
         drive.write_model(tmp_path / "drive.vtlm")
-    assert error.value.field == "torque"
-    assert not list(tmp_path.iterdir())
-
-
-def test_no_file_with_points_missing(tmp_path: Path) -> None:
-    found = map_of_pair()
     torn = replace(found, points=(replace(found.points[0], status="failed", reason="no_contact"), *found.points[1:]))
-    with pytest.raises(ConvergenceError, match=f"1 of 6 points: {reason_text('no_contact')}"):
+    with pytest.raises(ConvergenceError, match="1 of 6 points"):
         torn.write_model(tmp_path / "torn.vtlm")
     assert not list(tmp_path.iterdir())
 
@@ -194,10 +186,9 @@ def test_unloaded_test_is_what_drag_and_the_mesh_under_drag_lose() -> None:
 
 def test_axle_test_file_has_the_decimals_of_gem(tmp_path: Path) -> None:
     lines = axle_test().to_csv(tmp_path / "grid.csv").read_text().splitlines()
-    rows = axle_test().rows
     assert lines[0] == "Wheel speed [r/min],Output torque [N m],Power loss [kW]"
-    assert len(lines) == 1 + len(rows) == 1 + 3 * 3
-    assert lines[-1] == f"250.0,500.00,{rows[-1].power_loss / 1e3:.4f}"
+    assert len(lines) == 1 + 3 * 3
+    assert lines[-1] == f"250.0,500.00,{axle_test().rows[-1].power_loss / 1e3:.4f}"
 
 
 def test_axle_that_loses_too_much_has_no_answer() -> None:
@@ -241,19 +232,13 @@ def test_commands_print_and_write(
     mixed_ehl: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(GearPair, "loss_map", partialmethod(GearPair.loss_map, grid=GRID))
-    outcome = mixed_ehl(
-        "loss-map", DESIGN, "--torque=-100:100:2 N m", "--speed", "500, 900 rpm", "--drag", "2 N m", "--json",
-        *("--model", tmp_path / "m.vtlm", "--model", tmp_path / "m.fmu"),
-        *("--xlsx", tmp_path / "m.xlsx", "--csv", tmp_path / "tables"),
-    )  # fmt: skip
+    at = ("loss-map", DESIGN, "--torque=-100:100:2 N m", "--speed", "500, 900 rpm", "--drag", "2 N m")
+    outcome = mixed_ehl(*at, "--json", "--model", tmp_path / "m.vtlm", "--xlsx", tmp_path / "m.xlsx")
     assert outcome.code == 0, outcome.err
-    found = json.loads(outcome.out)
-    assert [point["torque"] for point in found["points"]] == 2 * [-100.0, 100.0]
-    assert {path.name for path in tmp_path.iterdir()} == {"m.vtlm", "m.fmu", "m.xlsx", "tables"}
-    openpyxl = pytest.importorskip("openpyxl")
-    sheet = openpyxl.load_workbook(tmp_path / "m.xlsx")["loss map"]
-    assert sheet["B1"].value == "speed [rpm]"
-    assert sheet["B2"].value == pytest.approx(500.0)
+    assert [point["torque"] for point in json.loads(outcome.out)["points"]] == 2 * [-100.0, 100.0]
+    assert (tmp_path / "m.vtlm").is_file()
+    sheet = pd.read_excel(tmp_path / "m.xlsx", "loss map")
+    assert sheet["speed [rpm]"][0] == pytest.approx(500.0)
 
 
 def test_map_and_dataset_as_xarray_and_parquet(tmp_path: Path) -> None:
