@@ -24,18 +24,11 @@ PAPER = ("--load-balance", "frictionless")
 Cli = Callable[..., Any]
 
 
-def test_help_lists_every_command(mixed_ehl: Cli) -> None:
-    outcome = mixed_ehl("--help")
-    assert outcome.code == 0
-    for command in ("demo", "solve", "sweep", "fit", "mu", "gear", "compare", "doctor"):
-        assert command in outcome.out
-
-
 def test_help_imports_no_numerics() -> None:
     """Heavy imports would make every call wait: the parser must not need them."""
     code = (
         "import sys; import efficiency.cli; "
-        "print([m for m in ('numba', 'scipy', 'pandas', 'sklearn', 'matplotlib', 'pint', 'h5py') if m in sys.modules])"
+        "print([m for m in ('numpy', 'pandas', 'matplotlib', 'pint', 'h5py', 'joblib') if m in sys.modules])"
     )
     run = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, check=True)
     assert run.stdout.strip() == "[]"
@@ -58,15 +51,10 @@ def test_solve_prints_one_json_object(mixed_ehl: Cli, example: str) -> None:
     outcome = mixed_ehl("solve", EXAMPLES / example, "--json")
     assert outcome.code == 0
     result = json.loads(outcome.out)
-    for name in (
-        "friction_coefficient", "friction_fluid", "friction_asperity", "film_central", "film_min", "pressure_max",
-        "film_ratio", "asperity_load_share", "film_error", "friction_error", "status", "skipped", "iterations",
-        "seconds",
-    ):  # fmt: skip
-        assert name in result
     assert result["status"] == "converged"
     assert result["friction_coefficient"] == pytest.approx(result["friction_fluid"] + result["friction_asperity"])
     assert 0.0 < result["film_min"] < result["film_central"]
+    assert {"pressure_max", "film_ratio", "asperity_load_share", "film_error", "friction_error"} <= result.keys()
 
 
 @pytest.mark.parametrize(("status", "code"), [("unsettled", 0), ("failed", 1)])
@@ -109,36 +97,13 @@ def test_compare_prints_a_row_per_model(mixed_ehl: Cli) -> None:
     assert any(name.startswith("Coleman-type") for name in rows)
 
 
-CONTACT = (EXAMPLES / "contact_by_numbers.toml").read_text(encoding="utf-8")
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "field"),
-    [
-        ('radius_equivalent = "10 mm"\n', "", "contact.radius_equivalent"),
-        ("speed_entrainment = 5.0", "speed_entrainment = nan", "contact.speed_entrainment"),
-        ("[contact]", "[contact", "case.toml"),
-    ],
-)
-def test_bad_contact_is_refused(mixed_ehl: Cli, tmp_path: Path, old: str, new: str, field: str) -> None:
-    """A missing key, a value that is no number, broken TOML; other mistakes are in test_mistakes."""
-    path = tmp_path / "case.toml"
-    path.write_text(CONTACT.replace(old, new), encoding="utf-8")
-    outcome = mixed_ehl("solve", path)
-    assert outcome.code == 2
-    assert field in outcome.err
-
-
-@pytest.mark.parametrize("command", ["gear", "compare"])
 @pytest.mark.parametrize(("option", "value"), [("--friction", "guess_1999"), ("--oil", "olive"), ("--speed", "0 rpm")])
 def test_conditions_are_refused_before_meshing(
-    mixed_ehl: Cli, monkeypatch: pytest.MonkeyPatch, command: str, option: str, value: str
+    mixed_ehl: Cli, monkeypatch: pytest.MonkeyPatch, option: str, value: str
 ) -> None:
-    def mesh(*_: object, **__: object) -> None:
-        raise AssertionError
-
-    monkeypatch.setattr("efficiency.GearPair.mesh", mesh)
-    assert mixed_ehl(command, PAIR, option, value).code == 2
+    monkeypatch.delattr("efficiency.GearPair.mesh")
+    for command in ("gear", "compare"):
+        assert mixed_ehl(command, PAIR, option, value).code == 2
 
 
 def test_errors_name_options_that_were_typed_only(mixed_ehl: Cli, tmp_path: Path) -> None:
@@ -168,10 +133,10 @@ def commands() -> list[tuple[str, Any]]:
     return found
 
 
-@pytest.mark.parametrize(("name", "command"), commands())
-def test_at_most_ten_options_come_before_the_advanced_ones(name: str, command: Any) -> None:
-    options = [part for part in command.params if part.param_type_name == "option" and part.name != "help"]
-    assert len([part.name for part in options if part.rich_help_panel != ADVANCED]) <= 10
+def test_at_most_ten_options_come_before_the_advanced_ones() -> None:
+    for name, command in commands():
+        options = [part for part in command.params if part.param_type_name == "option" and part.name != "help"]
+        assert len([part for part in options if part.rich_help_panel != ADVANCED]) <= 10, name
 
 
 def test_every_command_is_in_a_panel_of_the_work() -> None:

@@ -43,16 +43,8 @@ def threads() -> set[int]:
     return {part["num_threads"] for part in threadpool_info() if part["user_api"] == "blas"}
 
 
-def mesh() -> efficiency.Mesh:
-    return PAIR.mesh("drive", 4, 9)
-
-
 def loaded() -> efficiency.LoadedMesh:
-    return mesh().load(200.0)
-
-
-def result() -> efficiency.EfficiencyResult:
-    return loaded().efficiency(MODEL)
+    return PAIR.mesh("drive", 4, 9).load(200.0)
 
 
 # computations that are decorated further inside, and one that is decorated itself: what is made, what is called with it
@@ -72,7 +64,11 @@ COMPUTATIONS: dict[str, tuple[Callable[[], Any], Callable[[Any], Any], str]] = {
         "efficiency.loss.compare.compare_models",
     ),
     "GearPair.plot_contact": (lambda: PAIR, lambda p: p.plot_contact(), "efficiency.geometry.pair_geometry.flank_pair"),
-    "EfficiencyResult.strength": (result, lambda r: r.strength, "efficiency.mesh.kept_of_design"),
+    "EfficiencyResult.strength": (
+        lambda: loaded().efficiency(MODEL),
+        lambda r: r.strength,
+        "efficiency.mesh.kept_of_design",
+    ),
     "LoadedMesh.efficiency": (loaded, lambda m: m.efficiency(MODEL), "efficiency.mesh.solve_friction"),
 }
 # public functions and methods that read, write or describe
