@@ -40,25 +40,26 @@ class FortranPrinter(Printer):
 _HELPERS = {"maximum": ("larger", ">"), "minimum": ("smaller", "<")}
 
 
-# digits of whole numbers as text, which takes half the lines of a list of numbers; no quote and no backslash
+# digits of whole numbers as text, which takes a third of the lines of a list of numbers; no quote and no backslash
 _DIGITS = "".join(chr(code) for code in range(35, 125) if chr(code) != "\\")
-_BASE, _ZERO = len(_DIGITS), len(_DIGITS) ** 3 // 2
+_BASE = len(_DIGITS)
 
 
-def _as_text(name: str, rows: Sequence[Sequence[float]]) -> list[str]:
-    """A constant from a text with three digits for each number."""
-    base, shape = _BASE, f"({len(rows[0])}, {len(rows)})"
-    codes = [int(number) + _ZERO for row in rows for number in row]
-    text = "".join(_DIGITS[code // base**2] + _DIGITS[code // base % base] + _DIGITS[code % base] for code in codes)
-    parts = [text[k : k + LINE - 9] for k in range(0, len(text), LINE - 9)]
-    digit = [f"index(digits, {name}_text(i - {back}:i - {back}))" for back in (2, 1, 0)]
+def _as_text(name: str, rows: Sequence[Sequence[float]], size: int) -> list[str]:
+    """A constant from a text with `size` digits for each number."""
+    places, zero = [_BASE**power for power in reversed(range(size))], _BASE**size // 2
+    text = "".join(_DIGITS[(int(number) + zero) // place % _BASE] for row in rows for number in row for place in places)
+    width, shape = LINE - 9, f"{len(rows[0])}, {len(rows)}"
+    parts = [text[k : k + width] for k in range(0, len(text), width)]
+    terms = [
+        f"{place} * index(digits, {name}_text(i + {k}:i + {k}))".removeprefix("1 * ") for k, place in enumerate(places)
+    ]
+    formula = f"{' + '.join(terms)} - {zero + sum(places)}, i = 1, len({name}_text), {size}"
     return [
         f"  character(*), parameter :: {name}_text = &",
         *(f'    "{part}" // &' for part in parts[:-1]),
         f'    "{parts[-1]}"',
-        f"  integer, parameter :: {name}{shape} = reshape([({base**2} * {digit[0]} + &",
-        f"    {base} * {digit[1]} + {digit[2]} - {_ZERO + base**2 + base + 1}, &",
-        f"    i = 3, len({name}_text), 3)], [{shape[1:-1]}])",
+        broken(f"integer, parameter :: {name}({shape}) = reshape([({formula})], [{shape}])", "  ", end=" &"),
     ]
 
 
@@ -67,11 +68,12 @@ def _stored_rows(program: Program) -> list[str]:
     lines = ["  integer :: i", f'  character(*), parameter :: digits = "{_DIGITS}"']
     for function in program.data_functions:
         for array, rows in function.arrays.items():
-            name, whole = f"{function.name}_{array}", isinstance(rows[0][0], int)
-            if whole and all(-_ZERO <= number < _ZERO for row in rows for number in row):
-                lines += _as_text(name, rows)
+            name, largest = f"{function.name}_{array}", max(abs(number) for row in rows for number in row)
+            size = next((size for size in (2, 3) if largest < _BASE**size // 2), None)
+            if isinstance(rows[0][0], int) and size is not None:
+                lines += _as_text(name, rows, size)
                 continue
-            kind, mark = ("integer", "") if whole else ("real(dp)", "_dp")
+            kind, mark = ("integer", "") if isinstance(rows[0][0], int) else ("real(dp)", "_dp")
             lines.append(f"  {kind}, save :: {name}({len(rows[0])}, {len(rows)})")
             numbers = number_rows([[number for row in rows for number in row]], "    ", "//", mark, LINE)
             lines += [f"  data {name} &", numbers.replace("\n", " &\n")]
