@@ -18,6 +18,7 @@ from efficiency.contact.mesh_surface import EDGES, MeshSurface
 from efficiency.cutting import newton
 from efficiency.cutting.blank import Blank
 from efficiency.cutting.flank import Flank
+from efficiency.cutting.machine import cross, turn
 from efficiency.cutting.newton import Array
 
 FloatArray = NDArray[np.float64]
@@ -31,16 +32,8 @@ _STATE_STEPS = 2
 class Tangency:
     """Contact points of one tooth pair without load.
 
-    Attributes
-    ----------
-    pinion_rotation, gear_rotation : (n,) arrays
-        Rotations f1, f2 about the axes of the mesh frame [rad]; the pinion flank is taken as cut, without phase.
-    parameters : (7, n) array
-        Surface parameters of the pinion and the gear point, and the gear rotation.
-    gear_u, gear_h : (n,) arrays
-        Blank coordinates of the contact point on the gear [m].
-    found : (n,) bool array
-        Where there is such a contact; a march ends where there is none.
+    Rotations about the axes of the mesh frame [rad], the pinion flank as cut, without phase; surface parameters of both
+    points and the gear rotation (7, n); blank coordinates of the gear point [m]; where there is a contact.
     """
 
     pinion_rotation: FloatArray
@@ -49,15 +42,6 @@ class Tangency:
     gear_u: FloatArray
     gear_h: FloatArray
     found: NDArray[np.bool_]
-
-
-def _rotate(vector: Array, angle: Array | FloatArray) -> Array:
-    c, s = np.cos(angle), np.sin(angle)
-    return np.stack([c * vector[0] - s * vector[1], s * vector[0] + c * vector[1], vector[2] + 0.0 * c])
-
-
-def _cross(a: Array, b: Array) -> Array:
-    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 
 
 def _rim(blank: Blank, edge: str, point: Array) -> tuple[Array, Array]:
@@ -141,7 +125,7 @@ def touching(
     size = gear.blank.mean_cone_distance
     limit = np.array([0.05 * size, 0.05, 0.05, 0.05 * size, 0.05, 0.05, 0.02])
     tolerance = 1e-9 * np.array([size, 1.0, 1.0, size, 1.0, 1.0, 1.0])
-    normal = np.real(_rotate(gear.sweep(x[3:6])[1], x[6]))
+    normal = np.real(turn(gear.sweep(x[3:6])[1], x[6]))
     least = np.eye(3)[:, np.argmin(np.abs(normal), axis=0)]
     first = np.cross(normal, least, axis=0)
     second = np.cross(normal, first, axis=0)
@@ -151,19 +135,19 @@ def touching(
         p, normal_p, condition_p = pinion.sweep(y[:3])
         g, normal_g, condition_g = gear.sweep(y[3:6])
         at = np.pi + f1 + 0.0 * y[6]
-        gap = turned @ _rotate(p, at) + assembly.pinion_origin - _rotate(g, y[6])
+        gap = turned @ turn(p, at) + assembly.pinion_origin - turn(g, y[6])
         gap = gap - np.array([[0.0], [0.0], [assembly.G]])
-        facing_p, facing_g = turned @ _rotate(normal_p, at), _rotate(normal_g, y[6])
+        facing_p, facing_g = turned @ turn(normal_p, at), turn(normal_g, y[6])
         if not edge:
             both = facing_p + facing_g
             rest = np.stack([np.sum(first * both, axis=0), np.sum(second * both, axis=0)])
         elif edge.startswith("pinion"):
             off, gradient = _rim(pinion.blank, edge, p)
-            along = turned @ _rotate(_cross(normal_p, gradient), at)
+            along = turned @ turn(cross(normal_p, gradient), at)
             rest = np.stack([off / size, np.sum(along * facing_g, axis=0)])
         else:
             off, gradient = _rim(gear.blank, edge, g)
-            along = _rotate(_cross(normal_g, gradient), y[6])
+            along = turn(cross(normal_g, gradient), y[6])
             rest = np.stack([off / size, np.sum(along * facing_p, axis=0)])
         return np.concatenate([gap, rest, condition_p[None], condition_g[None]])
 
@@ -183,16 +167,8 @@ def start_at(surface: MeshSurface, path: ContactPath, at: NDArray[np.int64]) -> 
 class PathCheck:
     """Largest differences between a contact path and direct tangency.
 
-    Attributes
-    ----------
-    transmission_error : float
-        Of the transmission error [rad].
-    distance : float
-        Of the contact point on the gear, in its blank coordinates [m].
-    free, edge : int
-        Pinion angles compared: two flanks, an edge and a flank.
-    tangency : Tangency
-        Of the two flanks, edges disregarded.
+    Of the transmission error [rad] and the contact point in the blank coordinates of the gear [m]; numbers of pinion
+    angles compared: two flanks, an edge and a flank; the tangency of the two flanks, edges disregarded.
     """
 
     transmission_error: float

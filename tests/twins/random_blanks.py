@@ -35,28 +35,16 @@ from ehl.common.validation import validate
 HEADS = (3, 5, 7, 11, 13, 17)
 # share of the gear's pitch above which a transmission error cannot come from the crowning laid on
 TRANSMISSION_LIMIT = 0.02
-# stage and field or reason of the error -> what it means
+# stage and field or reason of the error
 REASONS = {
-    "blank:hypoid_offset": "no touching pitch cones: the offset is too large for the teeth and the cutter",
-    "blank:cutter_radius": "the cutter is too small: a spiral angle on the faces would exceed 75 deg",
-    "blank:pressure_angle.drive": "the limit pressure angle leaves no blade angle on the drive side",
-    "blank:pressure_angle.coast": "the limit pressure angle leaves no blade angle on the coast side",
-    "blank:shaft_angle": "needle, crown gear or internal gear",
-    "blank:face_width_gear": "the face reaches an apex",
-    "blank:depth": "teeth or slots without width",
-    "blank:taper": "no tooth depth at an end of the face, or a root cone across its axis",
-    "gear:undercut": "the generated gear flank is undercut at its mean point",
-    "gear:flank": "the gear flank does not pass through its mean point",
-    "gear:gear_settings": "no point radii and blade angles give the slot of the gear",
-    "gear:cutter_radius": "the lead angle of the face-hobbing head would exceed 90 deg",
-    "pinion:undercut": "the generated gear flank is undercut halfway up its addendum",
-    "pinion:no_mesh": "points of the gear flank never touch a conjugate pinion",
-    "contact:undercut": "a member is undercut over a third of the mating flank, or at its mean point",
-    "contact:flank": "the conjugate pinion flank does not pass through its mean point",
-    "contact:no_mesh": "the blank of the pinion hardly reaches the gear flank",
-    "contact:no_contact": "the blanks share no part of the flank",
-    "contact:map": "the fields of the mesh are not smooth enough to be mapped",
-    "contact:transmission": "the transmission error is out of proportion with the ease-off",
+    *(
+        f"blank:{field}"
+        for field in ("hypoid_offset", "cutter_radius", "shaft_angle", "face_width_gear", "depth", "taper")
+    ),
+    *("blank:pressure_angle.drive", "blank:pressure_angle.coast"),
+    *(f"gear:{reason}" for reason in ("undercut", "flank", "gear_settings", "cutter_radius")),
+    *("pinion:undercut", "pinion:no_mesh"),
+    *(f"contact:{reason}" for reason in ("undercut", "flank", "no_mesh", "no_contact", "map", "transmission")),
 }
 
 

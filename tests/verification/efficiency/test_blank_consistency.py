@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import asdict
-from math import cos, degrees, hypot, pi, radians, sin, tan
+from math import cos, hypot, pi, sin, tan
 from typing import Any
 
 import numpy as np
@@ -28,37 +28,13 @@ def blank(name: str, **changes: Any) -> PairBlank:
 
 @st.composite
 def inputs(draw: st.DrawFn, methods: tuple[int, ...] = (0, 1, 2, 3)) -> PairBlankInput:
-    """Sensible pairs of all methods and processes."""
-    method = draw(st.sampled_from(methods))
-    z_1 = draw(st.integers(9, 25))
-    ratio = draw(st.floats(1.2, 5.0))
-    sigma = draw(st.floats(60.0, min(110.0, 80.0 + degrees(np.arcsin(1.0 / ratio)))))
-    module = draw(st.floats(2.0, 8.0)) * 1e-3
-    z_2 = max(z_1 + 1, round(z_1 * ratio))
-    diameter = module * z_2
-    spiral = draw(st.floats(25.0, 40.0))
-    sense = draw(st.sampled_from([1.0, 1.0, -1.0]))
-    offset = 0.0 if method == 0 else sense * draw(st.floats(0.02, 0.3)) * 0.5 * diameter
-    hobbed = draw(st.booleans())
-    cone = 0.5 * diameter / sin(min(radians(sigma), pi / 2))
-    radius = draw(st.floats(0.75, 1.2)) * cone
-    content = {
-        "name": "drawn",
-        "method": method,
-        "process": "face_hobbing" if hobbed else "face_milling",
-        "teeth_pinion": z_1,
-        "teeth_gear": z_2,
-        "shaft_angle": radians(sigma),
-        "hypoid_offset": offset,
-        "outer_pitch_diameter_gear": diameter,
-        "face_width_gear": draw(st.floats(0.12, 0.28)) * cone,
-        f"mean_spiral_angle_{'pinion' if method == 1 else 'gear'}": radians(
-            spiral + (10.0 * sense if method == 1 else 0.0)
-        ),
-        "cutter_radius": radius,
-        "blade_groups": max(1, int(0.6 * radius / module)) if hobbed else None,
-        "hand_pinion": draw(st.sampled_from(["left", "right"])),
-    }
+    """Sensible pairs of all methods and processes, with offsets of both signs."""
+    content = blank_content(3, draw(st.integers(0, 500)))
+    assume(content["method"] in methods)
+    if draw(st.sampled_from([False, False, True])):
+        content["hypoid_offset"] *= -1.0
+        if content["method"] == 1:  # the pinion's spiral angle is the smaller one then
+            content["mean_spiral_angle_pinion"] *= 0.6
     return PairBlankInput.model_validate(content)
 
 
@@ -194,7 +170,9 @@ def test_spiral_angles_against_the_motion_of_a_blade(name: str) -> None:
 def test_scaling_all_lengths_scales_the_blank(drawn: PairBlankInput, factor: float) -> None:
     pair = drawn_blank(drawn)
     names = ("outer_pitch_diameter_gear", "face_width_gear", "cutter_radius", "hypoid_offset")
-    scaled = drawn.model_copy(update={name: factor * getattr(drawn, name) for name in names})
+    lengths = {name: factor * getattr(drawn, name) for name in names}
+    backlash = drawn.backlash.model_copy(update={"value": factor * drawn.backlash.value})
+    scaled = drawn.model_copy(update={**lengths, "backlash": backlash})
     larger = drawn_blank(scaled)
     for member, other in ((pair.pinion, larger.pinion), (pair.gear, larger.gear)):
         assert other.pitch_angle == pytest.approx(member.pitch_angle, rel=1e-10)

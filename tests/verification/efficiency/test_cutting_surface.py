@@ -10,7 +10,7 @@ from twins.random_blanks import deeper, run_cutter
 
 from efficiency.cutting.cutter import Relief
 from efficiency.cutting.flank import CutFlank, FlankPoints, index_start
-from efficiency.cutting.machine import FORMATE, GENERATED
+from efficiency.cutting.machine import FORMATE, GENERATED, turn
 from efficiency.design.design import load_design
 from ehl.common.errors import ConvergenceError
 
@@ -75,16 +75,6 @@ def slopes(flank: CutFlank, u: np.ndarray, h: np.ndarray, step: float = 6e-5) ->
 
 
 @pytest.mark.parametrize("name", FLANKS)
-def test_normals_point_out_of_the_tooth(name: str) -> None:
-    """Concave flanks of right-hand members and convex ones of left-hand members look towards growing azimuth."""
-    flank = FLANKS[name]
-    points = solved(flank, *grid(flank))
-    around = points.normal[1] * points.position[0] - points.normal[0] * points.position[1]
-    right = flank.machine.cradle_angle > 0.0
-    assert (around * (1.0 if (flank.side == "concave") == right else -1.0) > 0.0).all()
-
-
-@pytest.mark.parametrize("name", FLANKS)
 def test_curvatures_against_differences_of_normals(name: str) -> None:
     """Weingarten: dn = -W dr, sixth-order differences of solved points."""
     flank = FLANKS[name]
@@ -100,13 +90,6 @@ def test_curvatures_against_differences_of_normals(name: str) -> None:
         measured = np.stack([(bend * shape.tangent_1).sum(axis=0), (bend * shape.tangent_2).sum(axis=0)], axis=1)
         size = largest * np.linalg.norm(step, axis=1)
         assert (np.abs(measured - predicted).max(axis=1) / size).max() < 1e-6
-
-
-def relative_motion(flank: CutFlank, phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Angular velocity of the tool against the work and the work axis, machine frame, cradle at 1 rad/s."""
-    pose = flank.machine.at(phi)
-    axis = np.asarray(flank.machine.work_axes[2], dtype=np.float64)[:, None]
-    return np.array([[0.0], [0.0], [1.0]]) - axis * np.real(pose.work[1]), axis
 
 
 def test_curvature_of_the_envelope_from_that_of_the_tool() -> None:
@@ -131,7 +114,9 @@ def test_curvature_of_the_envelope_from_that_of_the_tool() -> None:
     def tool(vector: np.ndarray) -> np.ndarray:
         return ring * (bend * (ring * vector).sum(axis=0))
 
-    spin, _ = relative_motion(flank, x[2])
+    # of the tool against the work, cradle at 1 rad/s
+    axis = np.asarray(machine.work_axes[2], dtype=np.float64)[:, None]
+    spin = np.array([[0.0], [0.0], [1.0]]) - axis * np.real(pose.work[1])
     velocity = np.real(pose.rolling(place))
     gradient = -tool(velocity) - np.cross(np.broadcast_to(spin, facing.shape), facing, axis=0)
     gradient -= facing * (gradient * facing).sum(axis=0)
@@ -141,9 +126,7 @@ def test_curvature_of_the_envelope_from_that_of_the_tool() -> None:
     share = by_phi - (gradient * velocity).sum(axis=0)
     np.testing.assert_allclose(share, flank.regression(x), rtol=1e-8)
 
-    indexed = np.zeros(u.size)
-    tangents = [shape.tangent_1, shape.tangent_2]
-    back = [pose.machine.work_axes.T @ turn_back(t, np.real(indexed - pose.work[0])) for t in tangents]
+    back = [machine.work_axes.T @ turn(t, np.real(pose.work[0])) for t in (shape.tangent_1, shape.tangent_2)]
     expected = np.empty_like(shape.matrix)
     for i in range(2):
         for j in range(2):
@@ -152,24 +135,6 @@ def test_curvature_of_the_envelope_from_that_of_the_tool() -> None:
     scale = np.abs(expected).max()
     assert np.abs(shape.matrix - expected).max() / scale < 1e-8
     assert machine.generation is GENERATED
-
-
-def turn_back(vector: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    c, s = np.cos(angle), np.sin(angle)
-    return np.stack([c * vector[0] + s * vector[1], -s * vector[0] + c * vector[1], vector[2]])
-
-
-def test_principal_directions_are_square_and_belong_to_their_curvatures() -> None:
-    flank = FLANKS["face-hobbed, generated, rake and hook"]
-    points = solved(flank, *grid(flank))
-    shape = flank_curvature(flank, points.parameters)
-    first, second = shape.directions
-    assert np.abs((first * second).sum(axis=0)).max() < 1e-12
-    assert np.abs((first * points.normal).sum(axis=0)).max() < 1e-12
-    for k, direction in enumerate((first, second)):
-        own = shape.along(direction, np.cross(points.normal, direction, axis=0))
-        np.testing.assert_allclose(own[:, 0, 0], shape.principal[k], rtol=1e-9)
-        assert np.abs(own[:, 0, 1]).max() < 1e-9 * np.abs(shape.principal).max()
 
 
 def test_toprem_and_flankrem_take_material_at_root_and_tip_only() -> None:
