@@ -28,10 +28,10 @@ EDGE_RADIUS = 0.25
 _RADII = (1.0, 0.75, 0.5)
 _FINE = 400  # points of one side of the outline before redistribution
 # tuned: weight of curvature over length in the distribution of nodes along the outline (this work); may be changed
-# after running `test_root_stress_converges`
+# after running `test_stress_converges_with_the_elements`
 _BEND = 1.5
 # tuned: thickness of the surface layers over the thickness of the tooth at the fillets and at the tip, and of the outer
-# layer over both (this work); may be changed after running `test_root_stress_converges`
+# layer over both (this work); may be changed after running `test_stress_converges_with_the_elements`
 _LAYER, _LAYER_TIP, _OUTER = 0.16, 0.22, 0.4
 # tuned: weights across, up and along with the shortest factorisation for shipped designs (this work); may be changed
 # freely

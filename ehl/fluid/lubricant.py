@@ -61,7 +61,7 @@ class FilmConductivity(InputModel):
             return values
         if values not in CONDUCTIVITY_FAMILIES:
             allowed = "one of " + ", ".join(CONDUCTIVITY_FAMILIES) + "; or a table with c1 and c2"
-            raise InputError("conductivity_pressure", values, allowed)
+            raise InputError("", values, allowed)
         return CONDUCTIVITY_FAMILIES[values].model_dump()
 
     def __call__(self, pressure: Values, ambient: Any) -> Values:
