@@ -3,7 +3,7 @@
 from typing import Any
 
 import numpy as np
-from scipy.linalg import matmul_toeplitz
+from scipy.fft import irfft, next_fast_len, rfft
 
 from ehl.rough.exponential_sums import kernel_constant, log_coefficients, range_of
 
@@ -12,11 +12,17 @@ class LogConvolution:
     """Product with the kernel of an n-node line, without periodic images."""
 
     def __init__(self, n: int) -> None:
-        self.coefficients = log_coefficients(n) + kernel_constant(range_of(n))
+        self.n = n
+        coefficients = log_coefficients(n) + kernel_constant(range_of(n))
+        self._length = next_fast_len(2 * n, real=True)
+        row = np.zeros(self._length)
+        row[:n] = coefficients
+        row[self._length - n + 1 :] = coefficients[:0:-1]
+        self._transform = rfft(row)
 
     def apply(self, q: Any) -> np.ndarray:
         """``K q``, shape (n,)."""
-        return np.asarray(matmul_toeplitz(self.coefficients, q))
+        return np.asarray(irfft(self._transform * rfft(q, self._length), self._length)[: self.n])
 
 
 def elastic_error(run: Any) -> float:

@@ -40,7 +40,7 @@ def test_range_holds_the_points_of_the_measured_states() -> None:
 
 
 def test_gear_at_high_speed_is_outside() -> None:
-    loaded = efficiency.load("fm_spiral_bevel_14x39_relieved").mesh(positions=6, points_per_line=11).load("200 N m")
+    loaded = efficiency.load("fm_spiral_bevel_14x39_relieved").mesh().load("200 N m")
     inside, outside = (loaded.efficiency("constant:0.05", speed=speed) for speed in ("1200 rpm", "16000 rpm"))
     assert inside.friction_range.measured_share > 0.9
     assert outside.friction_range.measured_share == 0.0
