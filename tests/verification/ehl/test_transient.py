@@ -172,6 +172,15 @@ def dry_contact(gap: np.ndarray, kernel: np.ndarray, load: float) -> np.ndarray:
     return pressures(level)
 
 
+def test_drained_pockets_reach_boundary_friction() -> None:
+    run = make_run(contact(0.004), oil(), rough(0.3e-6), boundary_film=10e-9, peklenik_number=1.0)
+    roll(run, 11.0)
+    records = roll(run, 2.0)
+    assert records[:, SHARE].mean() > 0.9
+    assert 0.09 < friction(records) < 0.1005
+    assert np.mean(records[:, STAGE] == UNCONVERGED) < 0.01
+
+
 def test_dry_limit_agrees_with_a_dry_contact_solution() -> None:
     """With side flow the tips are those of the lateral mode, at the deflection of the mean pressure."""
     run = make_run(contact(1.0), oil(1e-6, 1e-11), rough(0.4e-6), nodes=160, peklenik_number=1.0)

@@ -1,18 +1,24 @@
-"""Heat of the transient solver against direct quadrature and energy."""
+"""Heat of the transient solver against direct quadrature and energy; drainage against 2-D Reynolds solutions."""
 
 import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
+import scipy.sparse as sparse
 from contacts import line_contact
+from scipy.sparse.linalg import spsolve
 from twins.material_points import material_point_matrix
 
+from ehl.fluid.density import INCOMPRESSIBLE
+from ehl.fluid.lookup import law_table
 from ehl.fluid.lubricant import FilmConductivity, Lubricant
 from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.rough import RoughSurfaces, solve_transient
 from ehl.rough._kernels.march import HEAT_RATE, MU_FLUID, SHARE
+from ehl.rough._kernels.newton import assemble
+from ehl.rough._kernels.records import Fluid
 from ehl.rough.run import TransientRun
 from ehl.rough.scaling import Settings, build_problem
 from ehl.surface.roughness import generate_profile
@@ -98,10 +104,10 @@ def test_surface_temperatures_converge_with_the_mesh() -> None:
     assert errors[1] < 0.4 * errors[0]
 
 
-def test_heat_into_the_surfaces_is_the_friction_power() -> None:
-    """Of a rough contact; of a smooth one with the heat of the flow: `test_inlet_heat_transient.py`."""
+@pytest.mark.parametrize("rms", [0.0, 0.3e-6])
+def test_heat_into_the_surfaces_is_the_friction_power(rms: float) -> None:
     line = contact(slide_to_roll=0.5)
-    profile = generate_profile(0.3e-6, 20e-6, 16.0 * line.half_width, 2e-6, 3)
+    profile = generate_profile(rms, 20e-6, 16.0 * line.half_width, 2e-6, 3) if rms > 0.0 else None
     run, records = thermal_run(0.5, 200, RoughSurfaces(profile, None), travel=5.0)
     model, units = run.problem.model, run.problem.units
     friction = records[:, MU_FLUID] - model.contact.wedge_shear / model.contact.full_load + 0.1 * records[:, SHARE]
@@ -123,3 +129,94 @@ def test_heat_lowers_friction_at_sliding_as_the_study_found() -> None:
     assert 0.92 * 0.0076 < warm.friction_coefficient < 1.03 * 0.0076
     assert warm.temperature_film_max > warm.temperature_flash > oil.temperature + 25.0
     assert warm.film_mean < cold.film_mean
+
+
+def test_film_conductivity_growing_with_pressure_cools_the_film() -> None:
+    line = contact(10.0, 1.0)
+    poor = solve_transient(line, replace(OIL, film_conductivity=CONSTANT), nodes=160, thermal=True)
+    good = solve_transient(line, OIL, nodes=160, thermal=True)
+    assert good.temperature_film_max < poor.temperature_film_max - 1.0
+    assert good.friction_coefficient > poor.friction_coefficient
+
+
+def gaussian_patch(n: int, length: float, seed: int) -> np.ndarray:
+    rng = np.random.default_rng(seed)
+    k = 2.0 * np.pi * np.fft.fftfreq(n)
+    spectrum = np.exp(-(length**2) * np.add.outer(k**2, k**2) / 8.0)
+    z = np.fft.ifft2(np.fft.fft2(rng.standard_normal((n, n))) * spectrum).real
+    return np.asarray((z - z.mean()) / z.std())
+
+
+def flow_factor_of_the_patch(f: np.ndarray) -> float:
+    """Mean flow along axis 0 under a unit gradient of a doubly periodic rigid gap with fluidity f."""
+    n = f.shape[0]
+    index = np.arange(n * n).reshape(n, n)
+    along = 2.0 / (1.0 / f + 1.0 / np.roll(f, -1, 0))
+    across = 2.0 / (1.0 / f + 1.0 / np.roll(f, -1, 1))
+    matrix = sparse.eye(n * n) * (1e-10 * f.mean())
+    for g, other in ((along, np.roll(index, -1, 0)), (across, np.roll(index, -1, 1))):
+        i, j, v = index.ravel(), other.ravel(), g.ravel()
+        matrix = matrix + sparse.coo_matrix(
+            (np.r_[v, v, -v, -v], (np.r_[i, j, i, j], np.r_[i, j, j, i])), shape=(n * n, n * n)
+        )
+    p = spsolve(matrix.tocsc(), (along - np.roll(along, 1, 0)).ravel()).reshape(n, n)
+    return float((along * (1.0 + np.roll(p, -1, 0) - p)).mean())
+
+
+def flow_factor_of_slices(gaps: np.ndarray, length: float, typical: float) -> float:
+    """The same from the solver's own assembly on one-dimensional slices that exchange with a linear mean pressure."""
+    n = gaps.size
+    settings = Settings(max(n, 64), 20e-9, 0.1, math.inf, False, 8e9)
+    run = TransientRun(build_problem(contact(), OIL, RoughSurfaces(), (STEEL, STEEL), settings))
+    n = min(n, run.problem.x.size)
+    constant = replace(OIL, viscosity_law="barus", pressure_viscosity=0.0, compression=INCOMPRESSIBLE)
+    table = law_table(constant, 1e9, False)
+    fluid = Fluid(table, False, False, 0.0, 1.0, 1.0, 2.0 / length**2, 1.0, 1e9, 373.15)
+    model = run.problem.model
+    model = model._replace(
+        fluid=fluid,
+        contact=model.contact._replace(boundary=1e-6, outlet=run.problem.x.size),
+        side_flow=model.side_flow._replace(first=0),
+    )
+    state, macro = run.state, run.macroscopic
+    state.film[:] = np.resize(gaps, state.film.size)
+    macro.pressure[:] = 10.0 + np.arange(state.film.size)
+    state.fluid_pressure[:] = macro.pressure
+    macro.typical[:] = typical * fluid.flux_lateral
+    run._step.thermal[:] = 0.0
+    assemble(state, run._step, macro, run._work, model, 0, 1.0, True, False)
+    f, k = run._work.fluidity[: n - 1].copy(), run._work.exchange[:n].copy()
+    matrix = np.diag(k)
+    matrix[:-1, :-1] += np.diag(f)
+    matrix[1:, 1:] += np.diag(f)
+    matrix += np.diag(-f, 1) + np.diag(-f, -1)
+    mean = macro.pressure[:n]
+    rhs = k * mean
+    for edge in (0, n - 1):
+        matrix[edge] = 0.0
+        matrix[edge, edge] = 1.0
+        rhs[edge] = mean[edge]
+    p = np.linalg.solve(matrix, rhs)
+    return float((f * np.diff(p)).mean())
+
+
+@pytest.mark.parametrize(("film_ratio", "low", "high"), [(3.0, 0.9, 1.25), (2.0, 0.85, 1.35), (1.0, 0.55, 1.2)])
+def test_drainage_conducts_like_an_isotropic_rough_gap(film_ratio: float, low: float, high: float) -> None:
+    # bounds: what the mean-field model is known to do (13 % high at 3, 17 % low at 1; a fit-free model)
+    length, n = 8.0, 96
+    ratios = []
+    for seed in range(2):
+        gap = np.maximum(film_ratio + gaussian_patch(n, length, seed), 0.02)
+        direct = flow_factor_of_the_patch(gap**3)
+        typical = float(np.exp(np.log(gap**3).mean()))
+        slices = np.concatenate([gap[:, j] for j in range(0, n, 16)])
+        ratios.append(flow_factor_of_slices(slices, length, typical) / direct)
+    assert low < float(np.mean(ratios)) < high
+
+
+def test_sealed_slices_hardly_conduct() -> None:
+    length, n = 10.0, 128
+    gap = np.maximum(1.0 + gaussian_patch(n, length, 0), 0.02)
+    slices = np.concatenate([gap[:, j] for j in range(0, n, 16)])
+    open_slices = flow_factor_of_slices(slices, length, float(np.exp(np.log(gap**3).mean())))
+    assert 1.0 / (1.0 / slices**3).mean() < 0.02 * open_slices
