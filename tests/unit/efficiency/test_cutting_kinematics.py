@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from samples import GEAR_BLANK as BLANK
 
+from efficiency.cutting import newton
 from efficiency.cutting.cutter import Blade, Protuberance, Relief
 from efficiency.cutting.flank import CutFlank, Flank, index_start
 from efficiency.cutting.machine import FORMATE, GENERATED, MachineSettings
@@ -59,6 +60,26 @@ BLADES = {
 }
 
 
+@pytest.mark.parametrize("side", ["concave", "convex"])
+@pytest.mark.parametrize("curvature", [0.0, 2.0, -2.0])
+def test_blade_normal_is_square_to_the_surface_and_points_out_of_the_tooth(side: str, curvature: float) -> None:
+    blade = Blade(0.1, 0.35, side, curvature)  # type: ignore[arg-type]
+    x = np.array([[0.0, 0.004, 0.009], [-0.9, 0.3, 2.0]])
+
+    def surface(y: np.ndarray) -> np.ndarray:
+        return np.asarray(blade.surface(y[0], y[1])[0])
+
+    point, jacobian = newton.complex_jacobian(surface, x)
+    normal = np.asarray(blade.surface(x[0], x[1])[1])
+    np.testing.assert_allclose(np.linalg.norm(normal, axis=0), 1.0, rtol=1e-14)
+    assert np.abs(np.einsum("in,nik->nk", normal, jacobian)).max() < 1e-15
+    # unit speed along the edge, also of a curved one
+    np.testing.assert_allclose(np.linalg.norm(jacobian[:, :, 0], axis=1), 1.0, rtol=1e-13)
+    # the outside blade leaves the tooth outside its cone: out of that tooth is towards the axis
+    radial = (normal[:2] * point[:2]).sum(axis=0)
+    assert (radial * (-1.0 if side == "concave" else 1.0) > 0.0).all()
+
+
 def test_curved_blade_is_an_arc_through_the_tip() -> None:
     straight, curved = Blade(0.1, 0.35, "concave"), Blade(0.1, 0.35, "concave", 4.0)
     s = np.linspace(0.0, 0.01, 5)
@@ -84,6 +105,13 @@ def test_work_turns_and_shifts_as_the_trade_names_say() -> None:
     np.testing.assert_allclose(pose.work[0], expected, rtol=1e-14)
     np.testing.assert_allclose(pose.shift[0][1], 0.003 - 0.002 * phi + 0.003 * phi**2 / 2 - 0.001 * phi**3 / 6)
     np.testing.assert_allclose(pose.shift[0][2], -(0.002 + 0.004 * phi + 0.001 * phi**2 / 2 + 0.002 * phi**3 / 6))
+    for values in (pose.work, pose.shift):
+        ahead = m.at(phi + 1e-6)
+        behind = m.at(phi - 1e-6)
+        for k in (0, 1):
+            name = "work" if values is pose.work else "shift"
+            slope = (getattr(ahead, name)[k] - getattr(behind, name)[k]) / 2e-6
+            np.testing.assert_allclose(values[k + 1], slope, rtol=1e-7, atol=1e-10)
 
 
 @pytest.mark.parametrize("groups", [0, 13])
@@ -133,22 +161,28 @@ def test_equation_of_meshing_and_normal_from_derivatives(name: str, generated: b
         np.testing.assert_array_equal(slope[:, :6, 2], 0.0)
 
 
-def swept(flank: CutFlank, part: str, name: str, step: complex) -> np.ndarray:
-    """Points of the flank with one value of its blade or machine changed."""
-    old = getattr(flank, part)
-    new = replace(old, **{name: getattr(old, name) + step})
-    return np.asarray(replace(flank, **{part: new}).sweep(parameters())[0])
-
-
 @pytest.mark.parametrize("name", ["straight mill", "hob", "relieved hob"])
 def test_derivatives_by_settings_by_complex_step(name: str) -> None:
     """Fits differentiate by the settings: every one may carry a complex step."""
-    flank = CutFlank(BLADES[name], MACHINE, BLANK, 0.3)
-    places = [("blade", n) for n in ("point_radius", "blade_angle", "curvature", "radius_offset", "phase")]
-    places += [("machine", n) for n in MACHINE.__dataclass_fields__ if n != "generation"]
-    for place in places:
-        exact = swept(flank, *place, 1e-30j).imag / 1e-30
-        differences = (swept(flank, *place, 1e-6) - swept(flank, *place, -1e-6)) / 2e-6
+    x = parameters()
+
+    def position(blade_change: dict[str, complex], machine_change: dict[str, complex]) -> np.ndarray:
+        blade = replace(BLADES[name], **blade_change)  # type: ignore[arg-type]
+        machine = replace(MACHINE, **machine_change)  # type: ignore[arg-type]
+        return np.asarray(CutFlank(blade, machine, BLANK, 0.3).sweep(x)[0])
+
+    changes = [("blade", n) for n in ("point_radius", "blade_angle", "curvature", "radius_offset", "phase")]
+    changes += [("machine", n) for n in MACHINE.__dataclass_fields__ if n != "generation"]
+    for where, field in changes:
+        value = getattr(BLADES[name] if where == "blade" else MACHINE, field)
+        small = 1e-6 * max(1.0, abs(value))
+
+        def at(step: complex, where: str = where, field: str = field, value: float = value) -> np.ndarray:
+            change = {field: value + step}
+            return position(change, {}) if where == "blade" else position({}, change)
+
+        exact = at(1e-30j).imag / 1e-30
+        differences = (at(small) - at(-small)) / (2.0 * small)
         np.testing.assert_allclose(exact, differences, rtol=1e-6, atol=5e-11)
 
 

@@ -5,10 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.optimize import nnls
 
-from efficiency.contact.contact_lines import mesh_cycle
+from efficiency.contact.contact_lines import MeshPosition, mesh_cycle
 from efficiency.contact.mesh_surface import EDGES
 from efficiency.design.design import load_design
+from efficiency.ltca.equilibrium import solve_equilibrium
 from efficiency.ltca.limits import edge_load, limit_notes
 from efficiency.ltca.load_distribution import (
     ElasticPosition,
@@ -16,6 +18,7 @@ from efficiency.ltca.load_distribution import (
     distribute_load,
     elastic_cycle,
     loads_of_forces,
+    weber_local,
 )
 from efficiency.ltca.mesh_grids import load_grids
 from efficiency.mesh import Mesh
@@ -56,6 +59,19 @@ def test_balance_and_optimality(geared: Mesh, torque: float) -> None:
         assert separation.min() > -1e-10 * scale
 
 
+def test_linear_problem_against_nnls(crowded: ElasticPosition) -> None:
+    """At the same approach the forces minimise F M F/2 - (lever angle - gap) F over F >= 0."""
+    at, torque = crowded.position, 300.0
+    slope = np.full(at.pair.size, 5e-9) / (at.length / at.length.mean())
+    own = solve_equilibrium(crowded.bending, lambda force: (slope * force, slope), at.gap, at.lever_pinion, torque)
+    matrix = crowded.bending + np.diag(slope)
+    triangle = np.linalg.cholesky(matrix)
+    forces, _ = nnls(triangle.T, np.linalg.solve(triangle, at.lever_pinion * own.angle - at.gap), maxiter=20000)
+    np.testing.assert_allclose(forces, own.force, atol=1e-8 * own.force.max())
+    assert forces @ at.lever_pinion == pytest.approx(torque, rel=1e-8)
+    assert 0 < np.count_nonzero(own.force) < at.pair.size
+
+
 def test_stiffness_is_the_derivative_of_the_torque(crowded: ElasticPosition, geared: Mesh) -> None:
     step = 1e-4
     low, middle, high = (
@@ -63,6 +79,42 @@ def test_stiffness_is_the_derivative_of_the_torque(crowded: ElasticPosition, gea
     )
     slope = 600.0 * step / (high.approach - low.approach)
     assert middle.equilibrium.stiffness == pytest.approx(slope, rel=1e-3)
+
+
+def straight_line(crowded: ElasticPosition, points: int = 9) -> ElasticPosition:
+    """One straight line of even radius and no gap, on teeth that do not bend."""
+    at = crowded.position
+    k = int(np.argmin(np.abs(at.height_gear - 0.5 * at.height_gear.max())))
+    one = {
+        name: np.repeat(getattr(at, name)[k : k + 1], points, axis=0)
+        for name in MeshPosition.__dataclass_fields__
+        if isinstance(getattr(at, name), np.ndarray)
+    }
+    one |= {"length": np.full(points, 2e-3), "gap": np.zeros(points)}
+    position = replace(at, edge=None, **one)
+    depths = tuple(np.repeat(depth[k : k + 1], points) for depth in crowded.local.depths)
+    local = replace(crowded.local, radius_equivalent=one["radius_equivalent"], depths=depths)
+    zero = np.zeros(points)
+    return ElasticPosition(position, np.zeros((points, points)), local, zero, zero + 1.0)
+
+
+def test_hertz_limit_is_exact(crowded: ElasticPosition, geared: Mesh) -> None:
+    """A single straight line of rigid teeth: even load, Hertz pressure and width, Weber's approach."""
+    line, torque = straight_line(crowded), 100.0
+    at, modulus = line.position, line.local.effective_modulus
+    load = distribute_load([line], geared.grids.teeth, torque).positions[0]
+    even = torque / float(at.lever_pinion[0]) / (at.length.sum())
+    np.testing.assert_allclose(load.load_per_length, even, rtol=1e-12)
+    radius = float(at.radius_equivalent[0])
+    half_width = math.sqrt(8.0 * even * radius / (math.pi * modulus))
+    np.testing.assert_allclose(load.half_width, half_width, rtol=1e-12)
+    np.testing.assert_allclose(load.pressure_hertz, 2.0 * even / (math.pi * half_width), rtol=1e-12)
+    np.testing.assert_array_equal(load.pressure_max, load.pressure_hertz)
+    approach = sum(
+        float(weber_local(even, half_width, depth[0], material.youngs_modulus, material.poisson_ratio))
+        for depth, material in zip(line.local.depths, line.local.materials, strict=True)
+    )
+    assert load.approach * at.lever_pinion[0] == pytest.approx(approach, rel=1e-11)
 
 
 def test_rigid_teeth_keep_the_unloaded_transmission_error(geared: Mesh) -> None:
@@ -148,7 +200,9 @@ def test_edge_load_is_told_with_its_interval(load: LoadDistribution, geared: Mes
     assert 0.02 < edges.share_extended < edges.share < 0.3
     assert edges.share == pytest.approx(sum(edges.shares.values()))
     assert load.pressure_hertz_max < edges.pressure_lower < edges.pressure < edges.pressure_upper
-    assert limit_notes(load, teeth, 0.0)
+    (note,) = limit_notes(load, teeth, 0.0)
+    assert f"edges carry {100 * edges.share:.2g} % of the torque" in note
+    assert "before and after the path" in note
     # a light load in the middle of the flanks knows no edge
     centre = load_grids(geared.grids, 0.1).fine
     assert edge_load(centre, teeth).share < 0.01
@@ -163,7 +217,14 @@ def test_edge_load_is_told_with_its_interval(load: LoadDistribution, geared: Mes
         assert pressure == pytest.approx(edges.pressure_upper if factor < 1.0 else edges.pressure_lower, rel=0.1)
 
 
-@pytest.mark.parametrize("tiny", [0.0, 5e-324, 1e-200])
+def test_edges_relieve_the_line_ends(load: LoadDistribution, geared: Mesh) -> None:
+    """Without edges the ends of the lines carry what edges take; the lag hardly changes."""
+    lines = distribute_load(mesh_cycle(geared.flanks.surface, 8, 15), geared.grids.teeth, 300.0)
+    assert lines.pressure_hertz_max > 1.02 * load.pressure_hertz_max
+    np.testing.assert_allclose(load.transmission_error, lines.transmission_error, rtol=0.05)
+
+
+@pytest.mark.parametrize("tiny", [0.0, 5e-324, 1e-312, 1e-200])
 def test_vanishing_force_on_an_edge(geared: Mesh, load: LoadDistribution, tiny: float) -> None:
     """An edge that only just touches: no division by its width, no share, no pressure."""
     for p, elastic in zip(load.positions, geared.grids.elastic_fine, strict=True):
