@@ -220,6 +220,7 @@ def test_points_never_fitted_are_met_as_their_table_says() -> None:
 
 def test_what_a_formula_of_a_file_has_and_lacks(tmp_path: Path) -> None:
     model = FORMULA
+    assert len(model.ranking()) == 1
     assert "pressure_hertz" in model.export(tmp_path / "mu.c")
     for field, use in (
         ("hull", lambda: model.in_convex_hull("gear_fva3")),
@@ -237,6 +238,7 @@ def test_what_a_formula_of_a_file_has_and_lacks(tmp_path: Path) -> None:
     assert shipped.oil_flag(other) == FrictionFlag.OTHER_CARD
     assert shipped.oil_flag(Oil.load("fva3").model_copy(update={"description": "the same"})) == FrictionFlag.OK
     assert shipped.oil_note(other)
+    assert len(shipped.to_text()) > len(shipped.equation)
     of_all = Formula.load("gear")
     assert of_all.interval.other_oil is not None
     assert f"{100.0 * np.expm1(of_all.interval.other_oil):.0f} %" in of_all.oil_note(Oil.load("minr"))

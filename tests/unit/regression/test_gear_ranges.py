@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from refusals import refuses
 
 from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
@@ -61,16 +62,10 @@ def test_ranges_hold_the_share_of_the_weight_asked_for() -> None:
         inside = (values >= ranges[name].low) & (values <= ranges[name].high)
         assert weighted.weight[inside].sum() / weighted.weight.sum() == pytest.approx(0.9, abs=0.01)
         assert ranges[name].minimum == values.min()
-        assert ranges[name].maximum == values.max()
+        assert ranges[name].maximum == values.max() == ranges.to_frame().loc[name, "maximum"]
     # sliding weighs: what slides more is seen more
     assert ranges["slide_to_roll"].median > operating_range([part], 0.9)["slide_to_roll"].median
-    assert set(ranges.variables) >= {
-        "lengthwise_to_roll",
-        "temperature_oil",
-        "roughness_rms",
-        "film_ratio",
-        "pressure_velocity",
-    }
+    assert {"lengthwise_to_roll", "temperature_oil", "roughness_rms", "film_ratio"} <= set(ranges.variables)
 
 
 def test_the_plan_holds_the_ranges_and_is_one(tmp_path: Path) -> None:
@@ -80,6 +75,7 @@ def test_the_plan_holds_the_ranges_and_is_one(tmp_path: Path) -> None:
     text = ranges.plan_text("seen", ("fva3", "75w90"), size=40, description='what "gears" see')
     (tmp_path / "seen.toml").write_text(text)
     plan = Plan.from_file(tmp_path / "seen.toml")
+    assert ranges.plan("seen", ["fva3", "75w90"], size=40).plan_hash == plan.plan_hash
     assert plan.description == 'what "gears" see'
     assert plan.count == 80
     assert plan.oils == ("fva3", "75w90")
@@ -110,7 +106,7 @@ def test_spur_gears_have_no_lengthwise_sliding_and_a_pitch_point(tmp_path: Path)
 
 
 def test_refusals() -> None:
-    with pytest.raises(InputError, match="at least one design"):
+    with pytest.raises(InputError):
         operating_range([])
-    with pytest.raises(InputError, match=r"coverage.*0\.5 to 1"):
+    with refuses("coverage"):
         operating_range([points()], 0.2)

@@ -1,37 +1,27 @@
-"""The public interface of `regression`: one line for each step, short texts, tables, and the same errors."""
+"""The public interface of `regression`: one line for each step, and the same errors."""
 
 import signal
 from pathlib import Path
 
-import numpy as np
 import pytest
 from refusals import refuses
 from small_plans import gear_plan, sweep_plan
 
 import regression
-from ehl import ContactState, InputError, Oil
-from ehl.common.quantities import format_number
+from ehl import InputError
 from regression.data.result_files import read_run
 from regression.formula import FitRecord
 
 XU = "xu_kahraman_2007"
 
 
-def test_every_public_name_is_there_and_there_are_few() -> None:
-    assert len(regression.__all__) <= 16
-    for name in regression.__all__:
-        assert getattr(regression, name) is not None
-    assert dir(regression) == regression.__all__
-    with pytest.raises(AttributeError, match="nothing"):
-        _ = regression.nothing
-
-
 def test_a_sweep_in_one_line_and_all_that_follows_from_it(tmp_path: Path) -> None:
     plan = regression.Plan.from_dict(sweep_plan("small"))
+    handlers = [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)]
     run = regression.sweep(plan, tmp_path / "run", formula=XU, jobs=1)
+    assert [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)] == handlers
     assert run.status.complete
     assert (run.unanswered, run.reports[0].converged) == (0, 16)
-    assert repr(run).endswith("'small', 16 of 16 cases")
     frame = run.to_frame(units=True)
     assert {"pressure_hertz [Pa]", "friction_coefficient", "key"} <= set(frame)
     # the stored plan is the plan
@@ -42,11 +32,8 @@ def test_a_sweep_in_one_line_and_all_that_follows_from_it(tmp_path: Path) -> Non
     assert regression.load_dataset(run).data_hash == regression.Run(tmp_path / "run").dataset().data_hash
     assert run.merge(tmp_path / "cases.csv") == run.merge(tmp_path / "cases.h5") == 16
     for result in (plan, run, run.status, run.dataset()):
-        assert "<table>" in result._repr_html_()
         for name in ("page.html", "tables.xlsx", "first.csv", "all.json"):
             assert result.report(tmp_path / name).stat().st_size > 0
-    for result in (plan, run, run.dataset(), plan.estimate()):
-        assert len(repr(result)) < 1500
 
 
 def test_a_fit_of_half_a_run_says_what_is_missing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -69,16 +56,10 @@ def test_a_fit_has_its_data_and_a_file_needs_them(tmp_path: Path) -> None:
     assert titles == [section.title for section in loaded.sections(dataset=run)]
     assert len(titles) > len(loaded.sections("terminal")) > 0
     for axes in (fitted.plot(), loaded.plot(dataset=run)):
-        assert (
-            sum(len(points.get_offsets()) for points in axes.collections)
-            + sum(len(line.get_xdata()) for line in axes.lines)
-            >= fitted.data.used
-        )
+        drawn = sum(len(points.get_offsets()) for points in axes.collections)
+        assert drawn + sum(len(line.get_xdata()) for line in axes.lines) >= fitted.data.used
     both = regression.Formula.of(fitted, FitRecord((fitted, other), ("power_law", "xu"), run.dataset()))
     assert [text.count("<table") for text in (fitted._repr_html_(), both._repr_html_())] == [1, 2]
-    # coefficients have no unit: the shown number is that of the formula
-    term, value = next(iter(fitted.coefficients.items()))
-    assert f">{format_number(value)}<" in fitted._repr_html_().partition(f">{term}<")[2].partition("</tr>")[0]
     for field, use in (
         ("dataset", loaded.sections),
         ("dataset", loaded.plot),
@@ -134,46 +115,9 @@ def test_a_name_of_several_lines_is_not_written_into_a_script(name: str, tmp_pat
         regression.slurm_script("demo", tasks=2, **given)  # type: ignore[arg-type]
 
 
-def test_the_slurm_script_has_all_options(tmp_path: Path) -> None:
-    script = regression.slurm_script(
-        "demo", tmp_path, 8, jobs=2, changes=["lubricant.oil=fva3"], formula=XU, time_cap=30, retry_failed=True
-    )
-    assert "--cpus-per-task=2" in script
-    assert f"demo --set lubricant.oil=fva3 --with {XU} --time-cap '30 s' --retries 1 --retry-failed" in script
-    with pytest.raises(InputError, match="tasks"):
-        regression.slurm_script("demo", tmp_path, 0)
-    with pytest.raises(InputError, match="lubricant"):
-        regression.slurm_script("demo", tmp_path, 2, changes=["lubricant.oil=nothing"])
-
-
 @pytest.mark.parametrize("name", ["demo", "gear", "gear_mesh", "gear_film", "gear_fast", "gear_noise", "gear_paths"])
 def test_a_plan_is_read_back_from_what_files_store(name: str) -> None:
     plan = regression.Plan.from_file(name)
     back = regression.Plan.from_json(plan.model_dump_json())
     assert back.plan_hash == plan.plan_hash
     assert back.case_at(5).model_dump_json() == plan.case_at(5).model_dump_json()
-
-
-def test_results_of_an_operating_range() -> None:
-    state = ContactState.of(
-        pressure_hertz=np.linspace(0.5e9, 1.5e9, 101),
-        radius_equivalent=0.01,
-        effective_modulus=226e9,
-        speed_entrainment=5.0,
-        slide_to_roll=0.2,
-        temperature_oil=363.15,
-        roughness_rms_1=0.3e-6,
-        roughness_rms_2=0.4e-6,
-    )
-    ranges = regression.operating_range([regression.WeightedPoints(state, np.ones(101), Oil.load("fva3"))])
-    frame = ranges.to_frame()
-    assert frame.loc["pressure_hertz", "maximum"] == 1.5e9
-    assert "Hertz pressure" in ranges._repr_html_()
-    assert len(repr(ranges)) < 1500
-    assert ranges.plan("range", ["fva3"], size=32).count == 32
-
-
-def test_a_sweep_leaves_signal_handlers_as_they_were(tmp_path: Path) -> None:
-    before = [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)]
-    regression.sweep(regression.Plan.from_dict(sweep_plan("signals")), tmp_path, formula=XU, jobs=1)
-    assert [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)] == before

@@ -2,7 +2,6 @@
 
 import errno
 import io
-import json
 import os
 import subprocess
 import sys
@@ -104,12 +103,6 @@ def test_every_column_states_its_unit(merged: Path) -> None:
         assert all("unit" in file[name].attrs for name in file)
 
 
-def test_a_journal_is_read_by_any_program_for_json_lines(path: Path) -> None:
-    header, *rows = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
-    assert header["solver_version"] == "test 1"
-    assert [entry["pressure_hertz"] for entry in rows] == [1e9 + 1, 1e9 + 2, 1e9 + 3]
-
-
 def test_reopening_goes_on_behind_the_last_row(path: Path) -> None:
     with journal(path) as rows:
         assert (rows.truncated, rows.corrupt) == (0, 0)
@@ -172,9 +165,8 @@ def test_results_of_another_run_are_not_mixed_in(path: Path, name: str) -> None:
 def test_other_and_corrupt_journals(path: Path, content: bytes) -> None:
     path.write_bytes(content)
     for use in (lambda: read_file(path), lambda: journal(path)):
-        with pytest.raises(InputError) as caught:
+        with refuses("run"):
             use()
-        assert (caught.value.field, caught.value.value) == ("run", str(path))
     assert path.read_bytes() == content
 
 
@@ -189,17 +181,14 @@ def test_folders_pipes_and_devices_are_no_journals(kind: str, tmp_path: Path) ->
 
 
 def test_other_and_corrupt_merged_files(merged: Path) -> None:
-    def refused() -> None:
-        with pytest.raises(InputError) as caught:
-            read_file(merged)
-        assert (caught.value.field, caught.value.value) == ("run", str(merged))
-
     merged.write_text("no HDF5")
-    refused()
+    with refuses("run"):
+        read_file(merged)
     for attributes in ({}, {"schema": SCHEMA}):
         with h5py.File(merged, "w") as file:
             file.attrs.update(attributes)
-        refused()
+        with refuses("run"):
+            read_file(merged)
 
 
 def test_second_writer_is_refused(path: Path) -> None:
@@ -269,9 +258,8 @@ def test_a_writer_without_locks_counts_as_killed_after_a_minute(
         with journal(path) as rows:
             rows.append([row(7)])
     else:
-        with pytest.raises(InputError) as caught:
+        with refuses("run"):
             journal(path)
-        assert (caught.value.field, caught.value.value) == ("run", str(shown))
     assert shown.exists() is not killed
 
 
@@ -312,9 +300,8 @@ def test_rows_are_on_disk_whole_or_not_at_all(path: Path, monkeypatch: pytest.Mo
         assert rows._file is not None
         rows._file.close()
         rows._file = file = FullDisk(path, "ab")
-        with pytest.raises(InputError) as caught:
+        with refuses("run"):
             rows.append([row(8)])
-        assert (caught.value.field, caught.value.value) == ("run", str(path))
         assert path.read_bytes() == whole
         assert synced == []
         assert row(8)["key"] not in rows.rows
@@ -402,9 +389,8 @@ def test_whole_rows_of_a_journal_cut_short_are_kept(path: Path, content: dict[st
 @pytest.mark.parametrize("share", [0.1, 0.5, 0.999])
 def test_a_merged_file_cut_short_is_refused(merged: Path, content: dict[str, bytes], share: float) -> None:
     merged.write_bytes(content[".h5"][: int(share * len(content[".h5"]))])
-    with pytest.raises(InputError) as caught:
+    with refuses("run"):
         read_file(merged)
-    assert (caught.value.field, caught.value.value) == ("run", str(merged))
 
 
 def _outcome(use: Callable[[], int]) -> int | str:
