@@ -10,10 +10,8 @@ from typing import Any
 
 import matplotlib as mpl
 import pytest
-from joblib import Parallel, delayed
 from small_plans import sweep_plan
 
-from efficiency import load
 from ehl import Oil
 from ehl.common.figures import new_figure
 from ehl.common.files import toml_text
@@ -71,14 +69,3 @@ def test_figures_do_not_depend_on_a_matplotlibrc(mixed_ehl: Cli, tmp_path: Path)
             assert Picture(lambda: new_figure(3.0 + 0.1 * mpl.rcParams["font.size"]), "").figure().get_figwidth() == 4.0
             assert Oil.load("75w90").plot().title.get_usetex() is False
     assert (tmp_path / "own.png").read_bytes() == (tmp_path / "foreign.png").read_bytes()
-
-
-def test_pair_mesh_loaded_mesh_and_result_go_to_workers() -> None:
-    """As joblib and dask send them from a notebook; `test_copies_are_the_same` has every public object."""
-    pair = load("fm_spiral_bevel_14x39")
-    mesh = pair.mesh(positions=4, points_per_line=9)
-    loaded = mesh.load("200 N m")
-    result = loaded.efficiency("constant:0.05")
-    with Parallel(n_jobs=2) as parallel:
-        names = parallel(delayed(type(one).__repr__)(one) for one in (pair, mesh, loaded, result))
-    assert names == [repr(one) for one in (pair, mesh, loaded, result)]

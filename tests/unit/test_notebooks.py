@@ -1,4 +1,4 @@
-"""The gallery as a notebook: a kernel runs each example and shows its picture; tutorials show output below cells."""
+"""Objects in a notebook show tables and figures; tutorials show output below cells."""
 
 import sys
 from pathlib import Path
@@ -6,21 +6,9 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 pytest.importorskip("nbclient")
 sys.path.insert(0, str(ROOT / "docs"))
-from executed import PAGES, run_cells, with_outputs  # noqa: E402
-
-
-def test_each_example_shows_a_picture_in_a_notebook(tmp_path: Path) -> None:
-    outputs = run_cells([path.read_text(encoding="utf-8") for path in EXAMPLES], tmp_path)
-    without = [
-        path.stem
-        for path, shown in zip(EXAMPLES, outputs, strict=True)
-        if not any("image/png" in output.get("data", {}) for output in shown)
-    ]
-    assert without == []
-    assert all(any(output.get("name") == "stdout" for output in shown) for shown in outputs)
+from executed import PAGES, with_outputs  # noqa: E402
 
 
 def test_output_and_figure_stand_below_each_cell(tmp_path: Path) -> None:

@@ -1,7 +1,6 @@
 """Numbers of README, landing page and tutorials, and of the pictures of both, are those of the program.
 
-Every number of the prose lies in a phrase of `PHRASES`, with its values today or the reason why there is none. The
-outputs below the cells of the tutorials are made when the pages are built; `test_examples` runs their commands.
+The outputs below the cells of the tutorials are made when the pages are built; `test_pages` runs their commands.
 """
 
 import inspect
@@ -21,7 +20,6 @@ import regression
 from efficiency.loss.ehl_friction import EhlFriction
 from efficiency.machine_settings.settings_result import RESIDUAL_LIMIT
 from efficiency.optimisation.problem import BOX
-from ehl.fluid.oil import Oil
 from regression.data.dataset import dataset_names, load_dataset
 from regression.plan.plan import Plan
 from regression.sweeping.slurm import DEFAULT_JOBS, DEFAULT_TIME, slurm_script
@@ -84,73 +82,33 @@ def level() -> list[float]:
     return [100.0 * found]
 
 
-TIME, NAME, OPTION, RULE = "run time", "name", "example of an option", "definition or rule of thumb"
-STUDY = "result of a script in validation/"
-Values = Callable[[], list[float]] | str
-# page -> phrase: values of its numbers, or why they are not compared
-EVERYWHERE: dict[str, Values] = {
-    r"\d+ % interval": level,
-    r"Python 3\.\d+": lambda: [float(PROJECT["requires-python"].removeprefix(">="))],
-    r"\d+ contacts, (?:formulas fitted|fits formulas)": lambda: [Plan.from_file("demo").count],
-    r"(?:about|up to) \w+ minutes?": TIME,
-    r"\w+ lines of Python": lambda: [sum(map(bool, code("python").splitlines()))],
-    r"half an hour|[Hh]alf a minute": TIME,
-    r"14x39|BSD-3|ISO 23509|Kahraman \(2010\)": NAME,
-}
-PHRASES: dict[str, dict[str, Values]] = {
-    "README": {r'--torque "\d+ N m"': OPTION, r"(?s)formulas of \w+ oils.*?fitted to all \w+": solved},
-    "index-": {
-        r"\w+ packages": lambda: [PROSE["index-"].count("\n| `")],
-        r"## \w+ commands": lambda: [len(code("sh", "docs/index.md").splitlines())],
-    },
-    "axle": {},
-    "better": {
-        r"±[\d.]+ mm": lambda: [1e3 * next(iter({*BOX.values()}))],
-        r'--[EP] "\S+ mm"': OPTION,
-        r"five times as long": TIME,
-    },
-    "calibrate": {r"about 1 if the model": RULE},
-    "cluster": {
-        r"(?s)\w+ dependent jobs.*?\w+ tasks": cluster,
-        r"of a task \(default \d+\)": lambda: [DEFAULT_JOBS],
-        r"\(default \d+ hours\)": lambda: [float(DEFAULT_TIME.partition(":")[0])],
-        r"--jobs \d|=\d+G|=[\d:]+|scheduler:\d+|two machines": OPTION,
-        r"takes [\d.]+ to [\d.]+ GB|\d GB to \w+": "measured: docs/performance.md",
-        r"exit code 1": "test_sweep",
-    },
-    "gear": {r"above \d µm the exit code is 1": lambda: [1e6 * RESIDUAL_LIMIT, 1.0], r"1 µm rms is good": RULE},
-    "index": {
-        r"\w+ busy cores": TIME,
-        r"\| [\d mins]+ \|": TIME,
-        r"plan of \d+ contacts": lambda: [float(re.findall(r"--size (\d+)", code("sh", CLUSTER))[0])],
-        r"map of \w+ points": lambda: [len(listed("torque")) * len(listed("speed"))],
-    },
-    "oil": {
-        r"two viscosities": lambda: [float(len(re.findall(r"--nu\d+", code("sh", "docs/tutorials/oil.md"))))],
-        r"\w+ pressure-viscosity coefficients": lambda: [
-            float(sum(name.startswith("pressure_viscosity") for name in Oil.load("75w90").to_frame().columns))
-        ],
-        r"--vg 220": OPTION,
-        r"about one second": TIME,
-        r"(?s)networks of six oils": lambda: [float(len(regression.Formula.load("gear").oils))],
-        r"(?s)64 contacts give .*?about 4 %": STUDY,
-        r"(?s)film ratio of 3 .*?below\s1 ": RULE,
-    },
+# page (by its stem, "" for any page) and phrase: values of its numbers
+PHRASES: dict[tuple[str, str], Callable[[], list[float]]] = {
+    ("", r"\d+ % interval"): level,
+    ("", r"Python 3\.\d+"): lambda: [float(PROJECT["requires-python"].removeprefix(">="))],
+    ("", r"\d+ contacts, (?:formulas fitted|fits formulas)"): lambda: [Plan.from_file("demo").count],
+    ("", r"\w+ lines of Python"): lambda: [sum(map(bool, code("python").splitlines()))],
+    ("README", r"(?s)formulas of \w+ oils.*?fitted to all \w+"): solved,
+    ("index-", r"\w+ packages"): lambda: [PROSE["index-"].count("\n| `")],
+    ("index-", r"## \w+ commands"): lambda: [len(code("sh", "docs/index.md").splitlines())],
+    ("better", r"±[\d.]+ mm"): lambda: [1e3 * next(iter({*BOX.values()}))],
+    ("cluster", r"(?s)\w+ dependent jobs.*?\w+ tasks"): cluster,
+    ("cluster", r"of a task \(default \d+\)"): lambda: [DEFAULT_JOBS],
+    ("cluster", r"\(default \d+ hours\)"): lambda: [float(DEFAULT_TIME.partition(":")[0])],
+    ("gear", r"above \d µm the exit code is 1"): lambda: [1e6 * RESIDUAL_LIMIT, 1.0],
+    ("index", r"plan of \d+ contacts"): lambda: [float(re.findall(r"--size (\d+)", code("sh", CLUSTER))[0])],
+    ("index", r"map of \w+ points"): lambda: [len(listed("torque")) * len(listed("speed"))],
+    ("oil", r"networks of \w+\s\w+"): lambda: [float(len(regression.Formula.load("gear").oils))],
 }
 
 
-@pytest.mark.parametrize("page", PROSE)
-def test_numbers_of_a_page_are_those_of_the_program(page: str) -> None:
-    prose = PROSE[page]
-    for phrase in PHRASES[page]:
-        assert re.search(phrase, prose), f"{phrase} is not on the page"
-    for phrase, values in (PHRASES[page] | EVERYWHERE).items():
-        for found in re.findall(phrase, prose):
-            if not isinstance(values, str):
-                shown = [WORDS.get(number.lower()) or float(number) for number in NUMBER.findall(found)]
-                assert shown == pytest.approx(values()), found
-        prose = re.sub(phrase, "", prose)
-    assert [line for line in prose.splitlines() if NUMBER.search(line)] == []
+@pytest.mark.parametrize(("page", "phrase"), PHRASES)
+def test_numbers_of_a_page_are_those_of_the_program(page: str, phrase: str) -> None:
+    found = [text for stem, prose in PROSE.items() if page in ("", stem) for text in re.findall(phrase, prose)]
+    assert found
+    for text in found:
+        shown = [WORDS.get(number.lower()) or float(number) for number in NUMBER.findall(text)]
+        assert shown == pytest.approx(PHRASES[page, phrase]()), text
 
 
 def test_numbers_of_the_pictures_are_those_of_the_program() -> None:

@@ -1,9 +1,8 @@
 """Every fenced block of README and site runs as it is printed, or stands here with the reason why not.
 
-Tutorials, the README and some pages have tests of their own (`RUN_BY`). The commands of the other pages run in order in
-a folder of their own, the Python and TOML blocks one by one. What takes minutes or needs files of the reader is only
-parsed (`ONLY_READ`). Links lead to files that exist; what the pages on theory and robustness name as their code and
-their tests exists.
+The commands of a page run in order in a folder of their own, and so do its Python blocks; what takes minutes or needs
+files of the reader is only parsed (`ONLY_READ`), a few blocks have tests of their own (`RUN_BY`). Links lead to files
+that exist; what the pages on theory and robustness name as their code and their tests exists.
 """
 
 import re
@@ -17,10 +16,11 @@ from pathlib import Path
 from typing import Any
 
 import click
-import matplotlib.pyplot as plt
 import pytest
 import typer
+from pages import read_page
 
+import efficiency
 import ehl
 import regression
 from efficiency.cli import app
@@ -57,27 +57,17 @@ def fenced() -> Iterator[Block]:
 
 BLOCKS = list(fenced())
 
-SWEEPS = "test_plan_and_commands_of_the_page_on_sweeps"
 # blocks that a test of another module runs, by page and language or first line: its name
 RUN_BY = {
-    ("README.md", "python"): "test_five_lines_of_the_readme",
-    ("docs/index.md", "python"): "test_the_landing_page_has_lines_of_the_readme",
-    ("docs/tour.md", "python"): "test_the_three_stories_in_one_notebook",
-    ("docs/friction_formula.md", "sh"): "test_plan_and_commands_of_the_page",
-    ("docs/friction_formula.md", "toml"): "test_plan_and_commands_of_the_page",
-    ("docs/sweep.md", "toml"): SWEEPS,
-    ("docs/sweep.md", "mixed-ehl sweep gear --estimate --jobs 2"): "test_plan_and_commands_of_the_page_on_sweeps",
     ("docs/sweep.md", "from dask_jobqueue import SLURMCluster"): "test_the_cluster_of_the_page_on_sweeps_computes",
     ("docs/formula_code.md", "c"): "test_example_of_the_page",
-} | {
-    (f"docs/tutorials/{page}.md", "sh"): "test_tutorial_runs_as_it_is_printed"
-    for page in ("oil", "gear", "calibrate", "cluster", "better", "axle")
 }
 
 # lines of `sh` blocks that are not run here, by how they begin, and why
 ONLY_READ = {
     "python -m pip install": "the gate installs",
     "python -m sphinx": "the gate builds the site",
+    "python validation": "hours",
     "ruff ": "the gate runs it",
     "mypy": "the gate runs it",
     "pytest": "the tests themselves",
@@ -87,11 +77,12 @@ ONLY_READ = {
     "mixed-ehl --install-completion": "writes into the start file of the shell",
     "mixed-ehl app": "the browser test serves it",
     "mixed-ehl demo": "test_wheel runs it",
-    "mixed-ehl optimise": "minutes; the tutorial runs a search with fewer points",
+    "mixed-ehl optimise fm_": "minutes; the tutorial runs a search with fewer points",
+    "mixed-ehl optimise my_targets.toml": "as above",
     "mixed-ehl study": "minutes; test_study runs smaller ones",
     "mixed-ehl fit RUN": "RUN, PATHS, NOISE: folders of hundreds of contacts of the reader",
     "mixed-ehl mu formula.json --hull RUN": "RUN, as above",
-    "mixed-ehl calibrate synthetic_traction.csv": "the tutorial runs it",
+    "mixed-ehl calibrate synthetic_traction.csv --setup calibration.toml -o": "the tutorial runs it",
     "mixed-ehl calibrate docs/examples/synthetic_traction.csv": "the tutorial runs it",
     "mixed-ehl compare fm_spiral_bevel_14x39_relieved --friction formula.json": "solves every contact point, a minute",
     "mixed-ehl solve docs/examples/contact_rough.toml": "a rough contact; test_solve_rough solves one",
@@ -105,11 +96,19 @@ ONLY_READ = {
 
 # what makes a command short enough for a test
 SHORTER = {
+    "mixed-ehl sweep plan.toml -o run": ["--with", "arana_2019", "--jobs", "1"],
+    "mixed-ehl sweep plan.toml --output run --shard": ["--with", "arana_2019"],
+    "mixed-ehl sweep my_plan.toml --output": ["--with", "arana_2019"],
+    "mixed-ehl optimise my_pair.toml": ["--evaluations", "5"],
     "mixed-ehl sweep data/plans/demo.toml": ["--with", "xu_kahraman_2007", "--jobs", "1"],
     "mixed-ehl fit run -o formula.json --report fit.html": ["--family", "power_law"],
     "mixed-ehl gear fh_hypoid_9x34_relieved --tolerance": ["--tolerance", "2", "--friction", "constant:0.05"],
     "mixed-ehl misalignment fh_hypoid_9x34_relieved --samples": ["--samples", "2", "--friction", "constant:0.05"],
 }
+
+
+# options of files that a command writes
+WRITTEN = r" (?:-o|--output|--report|--model|--csv|--xlsx|--plot) ([\w./-]+)"
 
 
 def not_run(command: str) -> str:
@@ -135,7 +134,10 @@ SHELL = {
     for page in sorted({block.page for block in OURS if block.language == "sh"})
 }
 RUNNING = {page: lines for page, lines in SHELL.items() if not all(map(not_run, lines))}
-PYTHON = [block for block in OURS if block.language == "python"]
+PYTHON = {
+    page: [block.text for block in OURS if (block.page, block.language) == (page, "python")]
+    for page in sorted({block.page for block in OURS if block.language == "python"})
+}
 FRAGMENTS = [block for block in OURS if block.language == "toml"]
 
 
@@ -164,7 +166,9 @@ def test_every_block_runs_or_has_its_reason() -> None:
 
 def files_of(page: str, mixed_ehl: Callable[..., Any]) -> None:
     """What the commands of a page find in their folder."""
-    if page == "docs/calibration.md":
+    if page in ("docs/friction_formula.md", "docs/sweep.md"):
+        Path("plan.toml").write_text(next(b.text for b in FRAGMENTS if b.page == page), encoding="utf-8")
+    elif page in ("docs/calibration.md", "docs/tutorials/calibrate.md"):
         for path in (DOCS / "examples").iterdir():
             shutil.copy(path, path.name)
     elif page == "docs/formula_code.md":
@@ -184,35 +188,42 @@ def files_of(page: str, mixed_ehl: Callable[..., Any]) -> None:
             Path(name).symlink_to(ROOT / name)
 
 
-@pytest.mark.usefixtures("commands_alone")
+@pytest.mark.usefixtures("commands_alone", "small_search")
 @pytest.mark.parametrize("page", RUNNING)
 def test_commands_of_a_page_run(
     page: str, mixed_ehl: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """They end well and write the files that they name."""
     monkeypatch.chdir(tmp_path)
     files_of(page, mixed_ehl)
-    for line in RUNNING[page]:
-        if not not_run(line):
-            more = next((words for start, words in SHORTER.items() if line.startswith(start)), [])
-            outcome = mixed_ehl(*shlex.split(line)[1:], *more)
-            assert outcome.code == 0, (line, outcome.err)
-            assert outcome.out + outcome.err, line
-    plt.close("all")
+    ours = [line for line in RUNNING[page] if not not_run(line)]
+    for line in ours:
+        more = next((words for start, words in SHORTER.items() if line.startswith(start)), [])
+        outcome = mixed_ehl(*shlex.split(line)[1:], *more)
+        assert outcome.code == 0, (line, outcome.err)
+        assert outcome.out + outcome.err, line
+    named = [name for line in ours if "--slurm" not in line for name in re.findall(WRITTEN, line)]
+    assert [name for name in named if not Path(name).exists()] == []
+    for path in tmp_path.glob("*.html"):
+        read_page(path)
 
 
 @pytest.mark.usefixtures("commands_alone")
-@pytest.mark.parametrize("block", PYTHON, ids=str)
-def test_python_of_a_page_runs(block: Block, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("page", PYTHON)
+def test_python_of_a_page_runs(page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One block after the other, as in a notebook."""
     monkeypatch.chdir(tmp_path)
-    text = block.text
-    if block.page == "docs/sweep.md":  # 64 values of a published formula in place of 2048 contacts
-        text = text.replace('["lubricant.oil=fva3"]', '["lubricant.oil=fva3", "sampling.size=64"]')
-        assert text != block.text
+    if page in ("docs/sweep.md", "docs/tour.md"):  # values of a published formula in place of contacts
         instead = partial(regression.sweep, formula="xu_kahraman_2007")
         monkeypatch.setattr(regression, "sweep", instead)
         monkeypatch.setattr("regression.sweeping.run.sweep", instead)
-    exec(compile(text, block.page, "exec"), {})
-    plt.close("all")
+    notebook: dict[str, Any] = {}
+    for text in PYTHON[page]:
+        fewer = text.replace('["lubricant.oil=fva3"]', '["lubricant.oil=fva3", "sampling.size=64"]')
+        exec(compile(fewer, page, "exec"), notebook)
+        assert all(Path(name).exists() for name in re.findall(r'\.(?:report|save|export)\("([^"]+)"', text))
+    if isinstance(notebook.get("result"), efficiency.EfficiencyResult):
+        assert 0.9 < notebook["result"].efficiency < 1.0
 
 
 def merged(content: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
@@ -232,6 +243,8 @@ def test_tables_of_a_page_are_read(
     if block.page == "docs/calibration.md":
         Path("setup.toml").write_text(block.text, encoding="utf-8")
         assert load_setup(Path("setup.toml"), {}).parameters == tuple(content["parameters"])
+    elif block.page in ("docs/friction_formula.md", "docs/sweep.md"):
+        assert regression.Plan.from_dict(content).count > 0
     elif block.page == "docs/roughness.md":
         given = tomllib.loads((DOCS / "examples" / "contact_rough.toml").read_text(encoding="utf-8"))
         assert ehl.Contact.from_dict(given | content).surface.finish == "ground"
@@ -251,9 +264,11 @@ def test_tables_of_a_page_are_read(
                 assert design.flank(member, side) is not None
 
 
-@pytest.mark.parametrize("line", [line for own in SHELL.values() for line in own if line.startswith("mixed-ehl ")])
+@pytest.mark.parametrize(
+    "line", [line for own in SHELL.values() for line in own if line.startswith("mixed-ehl ") and not_run(line)]
+)
 def test_command_of_a_page_is_parsed(line: str) -> None:
-    """All that the command line checks before it computes, also of what is not run here."""
+    """All that the command line checks before it computes, of what is not run here."""
     words = shlex.split(line.partition("|")[0])[1:]
     command, parents = COMMAND, click.Context(COMMAND, info_name="mixed-ehl")
     while hasattr(command, "list_commands") and words and not words[0].startswith("-"):
@@ -263,29 +278,23 @@ def test_command_of_a_page_is_parsed(line: str) -> None:
         assert not command.make_context(command.name, words, parent=parents).args
 
 
-@pytest.mark.parametrize("path", PAGES, ids=lambda path: path.relative_to(ROOT).as_posix().replace("/", "-"))
-def test_links_and_pictures_of_a_page_exist(path: Path) -> None:
-    links = re.findall(r"\]\(([^)#\s]+)", path.read_text(encoding="utf-8"))
-    missing = [link for link in links if "://" not in link and not (path.parent / link).exists()]
+def test_links_and_pictures_of_the_pages_exist() -> None:
     # made by the build of the site
     built = ("gallery/", "../gallery/", "nomenclature.md", "../nomenclature.md", "units.md", "references.md")
-    assert [link for link in missing if not link.startswith(built)] == []
+    for path in PAGES:
+        links = re.findall(r"\]\(([^)#\s]+)", path.read_text(encoding="utf-8"))
+        missing = [link for link in links if "://" not in link and not (path.parent / link).exists()]
+        assert [link for link in missing if not link.startswith(built)] == [], path
 
 
-PROOFS = [line for line in (DOCS / "theory.md").read_text(encoding="utf-8").splitlines() if line.startswith("→ ")]
-FAULTS = (DOCS / "robustness.md").read_text(encoding="utf-8")
-
-
-@pytest.mark.parametrize("proof", PROOFS)
-def test_functions_and_tests_of_an_equation_exist(proof: str) -> None:
-    functions, tests = (set(re.findall(r"`(\w+)`", part)) for part in proof.split(";"))
-    assert functions
-    assert tests
-    assert functions <= CODE
-    assert tests <= TESTS
-
-
-def test_tests_of_the_faults_exist() -> None:
-    named = set(re.findall(r"`(test_\w+)`", FAULTS))
-    assert len(named) > 30
-    assert named <= TESTS | {path.stem for path in (ROOT / "tests").rglob("test_*.py")}
+def test_functions_and_tests_named_on_the_pages_exist() -> None:
+    theory = (DOCS / "theory.md").read_text(encoding="utf-8").splitlines()
+    for proof in (line for line in theory if line.startswith("→ ")):
+        functions, tests = (set(re.findall(r"`(\w+)`", part)) for part in proof.split(";"))
+        assert functions
+        assert functions <= CODE
+        assert tests
+        assert tests <= TESTS
+    faults = set(re.findall(r"`(test_\w+)`", (DOCS / "robustness.md").read_text(encoding="utf-8")))
+    assert len(faults) > 30
+    assert faults <= TESTS | {path.stem for path in (ROOT / "tests").rglob("test_*.py")}

@@ -7,7 +7,6 @@ import tempfile
 import tomllib
 from collections.abc import Callable
 from functools import cache, partial
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -138,33 +137,22 @@ OBJECTS: dict[str, Callable[[], Any]] = {
 
 
 @pytest.mark.parametrize("name", OBJECTS)
-def test_repr_is_short(name: str) -> None:
-    text = repr(OBJECTS[name]())
-    assert len(text) < LIMIT, f"{len(text)} characters: {text[:200]}"
-    assert str(Path.cwd()) not in text
-
-
-@pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one))])
-@pytest.mark.parametrize("name", OBJECTS)
-def test_copies_are_the_same(name: str, copied: Callable[[Any], Any]) -> None:
+def test_copies_are_the_same(name: str) -> None:
     one = OBJECTS[name]()
-    other = copied(one)
-    assert type(other) is type(one)
-    assert repr(other) == repr(one)
-    if hasattr(one, "to_dict"):
-        assert json.dumps(other.to_dict(), default=str) == json.dumps(one.to_dict(), default=str)
-    if isinstance(one, efficiency.Mesh | efficiency.LoadedMesh):  # also compute the same
-        again, first = (x.load() if isinstance(x, efficiency.Mesh) else x for x in (other, one))
-        assert again.efficiency("constant:0.05").power_loss == first.efficiency("constant:0.05").power_loss
+    assert len(repr(one)) < LIMIT
+    for copied in (copy.copy, copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one))):
+        other = copied(one)
+        assert type(other) is type(one)
+        assert repr(other) == repr(one)
+        if hasattr(one, "to_dict"):
+            assert json.dumps(other.to_dict(), default=str) == json.dumps(one.to_dict(), default=str)
+        if isinstance(one, efficiency.Mesh | efficiency.LoadedMesh):  # also compute the same
+            again, first = (x.load() if isinstance(x, efficiency.Mesh) else x for x in (other, one))
+            assert again.efficiency("constant:0.05").power_loss == first.efficiency("constant:0.05").power_loss
 
 
-RESULTS = (
-    "ehl.ContactResult", "ehl.PathResult", "regression.Formula", "efficiency.EfficiencyResult",
-    "efficiency.EfficiencyResult.uncertainty", "efficiency.Grid",
-    "efficiency.LoadedMesh.compare", "efficiency.blank",
-)  # fmt: skip
-
-
-@pytest.mark.parametrize("name", RESULTS)
+@pytest.mark.parametrize(
+    "name", ["ehl.ContactResult", "ehl.PathResult", "regression.Formula", "efficiency.Grid", "efficiency.blank"]
+)
 def test_a_notebook_shows_a_table(name: str) -> None:
     assert "<table" in OBJECTS[name]()._repr_html_()

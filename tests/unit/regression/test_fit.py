@@ -120,6 +120,7 @@ def test_scores_of_a_known_error(dataset: Dataset) -> None:
     assert result.worst.key == frame["key"][7]
     assert result.p95 == pytest.approx(0.02, rel=1e-9)
     assert result.bias == pytest.approx(result.mape, rel=1e-12)
+    assert result.rmse == pytest.approx(np.sqrt(np.mean((predicted - frame["friction_coefficient"]) ** 2)), rel=1e-12)
 
 
 def test_conformal_width_covers_new_errors() -> None:

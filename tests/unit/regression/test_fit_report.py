@@ -93,14 +93,6 @@ def test_all_formulas_lie_over_the_data(dataset: Dataset, formulas: list[FittedF
     assert y[0] == 0.0
 
 
-def test_near_cases_are_near(dataset: Dataset) -> None:
-    scene = middle_conditions(dataset, "fva3")
-    mu, table = scene.near("slide_to_roll_total", "roughness_rms", "speed_entrainment", "radius_equivalent")
-    assert 0 < mu.size < len(fitted_rows(dataset))
-    low, high = scene.ranges["pressure_hertz"]
-    assert np.abs(table["pressure_hertz"] - scene.held["pressure_hertz"]).max() <= 0.22 * (high - low)
-
-
 def test_parity_counts_the_fitted_cases(dataset: Dataset, formulas: list[FittedFormula]) -> None:
     figure = plot_regimes(dataset, formulas)
     counts = [int(found[1]) for axes in figure.axes if (found := re.search(r"(\d+) cases fitted", axes.get_title()))]
