@@ -52,8 +52,7 @@ PARTS = {
 # files of the longest tests, which come first: none is left to one process when the others have ended
 LONGEST = (
     "verification/test_wheel verification/regression/test_real_slurm unit/test_examples unit/test_pages "
-    "unit/test_readme unit/test_public_docs verification/regression/test_slurm "
-    "unit/efficiency/test_app unit/regression/test_docs unit/regression/test_cli"
+    "unit/test_public_docs verification/regression/test_slurm unit/efficiency/test_app unit/regression/test_cli"
 )
 
 _approx = pytest.approx

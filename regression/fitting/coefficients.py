@@ -29,7 +29,7 @@ from regression.friction.network import DIGITS, FILM_PART, FILM_POWER, INPUTS, N
 Single = NDArray[np.float32]
 Number = TypeVar("Number", bound=np.generic)
 
-MEMBERS, UNITS_OF_A_LAYER = 3, 28
+MEMBERS, UNITS_OF_A_LAYER = 3, 36
 _STEPS = (500, 2000)  # as many as there are cases, within these limits
 _BLOCK = 1024  # cases of a block whose units fit into the cache
 _DIGITS = 6  # decimals of means and scales

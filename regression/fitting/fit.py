@@ -28,6 +28,7 @@ from regression.fitting.rows import (
     box_of,
     checkable_rows,
     computed_friction,
+    drawn_rows,
     expected_rows,
     kept_rows,
     measured_noise,
@@ -227,12 +228,14 @@ def fit_formula(
     own = own_rows(frame, oil)
     frame, held_out = frame[own].reset_index(drop=True), held_out.of(own)
     within, _ = form.friction(frame)
+    drawn = drawn_rows(frame)
+    judged, held_out = frame[drawn].reset_index(drop=True), held_out.of(drawn)
     box = box_of(family, frame)
     fitted, network_of_oil, floor = form.coefficients_of(oil), form.network_of(oil), noise_of(dataset, noise)
-    error = np.abs(np.log(held_out.mu / computed_friction(frame)))
+    error = np.abs(np.log(held_out.mu / computed_friction(judged)))
     noise_of_network, deviation = _with_noise(error, held_out.deviation)
     score = error if deviation is None else error / deviation
-    covered = covered_by_other_folds(frame["film_ratio_formula"].to_numpy(dtype=float), score, held_out.folds)
+    covered = covered_by_other_folds(judged["film_ratio_formula"].to_numpy(dtype=float), score, held_out.folds)
     mu_b = frame["boundary_friction"]
     ranges = {name: _rounded_range(frame[name].to_numpy(dtype=float)) for name in box}
     if form.source is not None:  # tuned networks describe these as well; `cloud` shows where the new contacts end
@@ -257,15 +260,15 @@ def fit_formula(
         oils=tuple(identity for identity in oil_identities(dataset) if oil in (None, identity.name)),
         fit=scores(frame, within),
         validation=scores(
-            frame, held_out.mu, coverage=float(covered.mean()), extrapolated=float(held_out.extrapolated.mean())
+            judged, held_out.mu, coverage=float(covered.mean()), extrapolated=float(held_out.extrapolated.mean())
         ),
         corners=None,
         folds=int(np.unique(held_out.folds).size),
-        bands=bands(frame, held_out.mu, covered, floor),
+        bands=bands(judged, held_out.mu, covered, floor),
         interval=interval_of(
-            frame, error, held_out.folds, deviation=deviation, extrapolated=held_out.extrapolated
+            judged, error, held_out.folds, deviation=deviation, extrapolated=held_out.extrapolated
         ).model_copy(update={"other_oil": other_oil}),
-        noise_floor=noise_floor(frame),
+        noise_floor=noise_floor(judged),
         noise=floor,
         data=DataIdentity(
             hash=dataset.data_hash,

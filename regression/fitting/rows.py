@@ -138,6 +138,7 @@ Results = Dataset | str | PathLike[str] | Sequence[Dataset | str | PathLike[str]
 # friction have the smaller relative error (a limit of 0.1 increased the friction along gear meshes by 20 %)
 MAX_ERROR = 1.0
 MAX_POINTS = 100_000  # largest number of fitted points; more need memory but do not improve the fit
+_FEWEST_DRAWN = 64  # rows from which an interval is determined
 # origins of rows for validation, and the reason why they are not fitted
 _KEPT = {"corner": "corner kept for checking", "path": "gear path kept for checking"}
 
@@ -181,6 +182,15 @@ def fitted_rows(dataset: Dataset, formula: FittedFormula | None = None) -> pd.Da
 def own_rows(frame: pd.DataFrame, oil: str | None) -> NDArray[np.bool_]:
     """Mask of the rows for the errors of a formula: all rows, or those of one oil."""
     return np.ones(len(frame), dtype=bool) if oil is None else (frame["oil"] == oil).to_numpy()
+
+
+def drawn_rows(frame: pd.DataFrame) -> NDArray[np.bool_]:
+    """Mask of the rows whose held-out errors count: those drawn in the ranges of a plan, all rows with few of these.
+
+    Points of a table may be chosen where a formula is uncertain: with their errors the intervals would be too wide.
+    """
+    drawn = (frame["origin"] != "table").to_numpy()
+    return drawn if drawn.sum() >= _FEWEST_DRAWN else np.ones(len(frame), dtype=bool)
 
 
 def checkable_rows(frame: pd.DataFrame) -> pd.DataFrame:

@@ -33,7 +33,7 @@ from regression.friction.network import Evaluate, Network
 from regression.friction.oil_cards import OilIdentity
 
 _ALLOWED = "a formula file of `mixed-ehl fit RUN -o FILE.json`"
-FORMULA_SCHEMA = 4
+FORMULA_SCHEMA = 5
 _SMALLEST = 1e-300  # below all values of variables
 RANGE_TOLERANCE = 1e-3  # relative tolerance of the range, as the cases of a plan do not reach its ends
 NETWORK = "network"  # the form `short` with its networks, as a family of fits and tables

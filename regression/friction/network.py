@@ -35,7 +35,7 @@ ODDS, FILM_PART = "asperity_odds", "film_part"  # of the closed form, inputs of 
 INPUTS = ("film_ratio_formula", *(name for name in GROUPS), "slide_to_roll_total", "peklenik_number", ODDS, FILM_PART)
 ODDS_LIMIT = 1e3  # limit of the odds, beyond which friction does not depend on the smaller share
 FILM_POWER = 1.5  # of the load share of the film, that of the form `short`
-DIGITS = 4  # decimals of a weight
+DIGITS = 3  # decimals of a weight
 FADE = 0.25  # width of the decrease to 0, over the range of a variable
 _BLOCK = 256  # points of a block whose units fit into the cache
 
@@ -50,7 +50,7 @@ class Network(InputModel):
     # range of x over the cases; outside the correction decreases to 0 within a quarter of the range
     low: tuple[Finite, ...]
     high: tuple[Finite, ...]
-    # rows of weights in units of 1e-4, one row per unit with its bias last: first layer, second layer, both outputs
+    # rows of weights in units of 1e-3, one row per unit with its bias last: first layer, second layer, both outputs
     members: tuple[tuple[tuple[int, ...], ...], ...] = Field(min_length=1)
     noise: Finite = 0.0  # standard deviation of ln mu that is added to the scatter of the networks
 
