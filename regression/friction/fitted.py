@@ -214,7 +214,7 @@ class FittedFormula(FrictionModel, InputModel):
     def with_roughness_in_range(self, conditions: Conditions) -> Conditions:
         """Conditions with the roughness limited to its range for thick films, on whose friction it has no effect.
 
-        Smooth contacts (Rq = 0) are therefore within the range.
+        Smooth contacts (Rq = 0) are therefore within the range. The film ratio follows the limited roughness.
         """
         # ufuncs only here and below, so that `regression.export` can record them
         thick = conditions["film_ratio_formula"] >= THICK_FILM
@@ -222,6 +222,11 @@ class FittedFormula(FrictionModel, InputModel):
         for name, (low, high) in self.ranges.items():
             if name == "roughness_rms":
                 moved[name] = np.where(thick, np.maximum(conditions[name], low), conditions[name])
+                # that of a smooth contact is infinite
+                ratio = np.minimum(
+                    conditions["film_ratio_formula"], conditions["film_formula"] / np.maximum(moved[name], low)
+                )
+                moved["film_ratio_formula"] = np.where(thick, ratio, conditions["film_ratio_formula"])
             elif name in ("correlation_length", "peklenik_number"):
                 moved[name] = np.where(thick, np.minimum(np.maximum(conditions[name], low), high), conditions[name])
         return moved

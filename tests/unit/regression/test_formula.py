@@ -165,10 +165,11 @@ def test_smooth_contacts_are_within_the_range_and_what_is_outside_is_named() -> 
     assert smooth.flag < FrictionFlag.OUTSIDE_RANGE
     contact = {name.replace("_oil", ""): value for name, value in point.items() if name != "roughness_rms"}
     assert smooth.lower < Contact(oil="75w90", **contact).solve().friction_coefficient < smooth.upper
-    # low pressure and slip, where the form is a third too low: the networks hold for smooth contacts too
+    # low pressure and slip, where the form is a third too low: the networks hold for smooth contacts too, whose film ratio
+    # is that of the least roughness of the data
     for light in ({}, {"pressure_hertz": "0.6 GPa", "speed_entrainment": "5 m/s", "slide_to_roll": 0.1}):
         known = Contact(oil="75w90", **(contact | light)).solve().friction_coefficient
-        assert float(model.mu(**(point | light)).mu) == pytest.approx(known, rel=0.2)
+        assert float(model.mu(**(point | light)).mu) == pytest.approx(known, rel=0.1)
     far = point | {"pressure_hertz": "3 GPa", "speed_entrainment": "0.02 m/s", "roughness_rms": "4 um"}
     note = model.range_note(**far)
     for quantity in ("Hertz pressure 3 GPa (at most 2.5 GPa)", "entrainment speed", "composite Rq"):
@@ -242,8 +243,12 @@ def test_what_a_formula_of_a_file_has_and_lacks(tmp_path: Path) -> None:
     of_all = Formula.load("gear")
     assert of_all.interval.other_oil is not None
     assert f"{100.0 * np.expm1(of_all.interval.other_oil):.0f} %" in of_all.oil_note(Oil.load("minr"))
-    thin: dict[str, Any] = {"pressure_hertz": "0.2 GPa", "radius_equivalent": "3.2 mm", "speed_entrainment": "0.05 m/s"}
-    thin |= {"roughness_rms": "0.04 um", "correlation_length": "10 um", "temperature": "30 degC"}
+    thin: dict[str, Any] = {
+        "pressure_hertz": "0.16 GPa",
+        "radius_equivalent": "3.2 mm",
+        "speed_entrainment": "0.05 m/s",
+    }
+    thin |= {"roughness_rms": "0.04 um", "correlation_length": "100 um", "temperature": "30 degC"}
     with refuses("conditions"):  # each in its range
         shipped.with_options(refuse=True).mu(**thin, slide_to_roll=0.05)
 
@@ -265,7 +270,7 @@ def test_a_finish_gives_the_roughness_of_a_contact(mixed_ehl: Callable[..., Any]
     )
     assert (
         formula.uncertainty(**point, **given, finish="ground").high
-        < 1.01 * formula.uncertainty(**point, **given, **texture).high
+        < 1.05 * formula.uncertainty(**point, **given, **texture).high
     )
     smooth = formula.uncertainty(**point, temperature=363.15, roughness_rms=0.0, finish="ground")
     assert smooth.low < smooth.value < smooth.high
