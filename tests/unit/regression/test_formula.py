@@ -169,7 +169,7 @@ def test_smooth_contacts_are_within_the_range_and_what_is_outside_is_named() -> 
     # is that of the least roughness of the data
     for light in ({}, {"pressure_hertz": "0.6 GPa", "speed_entrainment": "5 m/s", "slide_to_roll": 0.1}):
         known = Contact(oil="75w90", **(contact | light)).solve().friction_coefficient
-        assert float(model.mu(**(point | light)).mu) == pytest.approx(known, rel=0.1)
+        assert float(model.mu(**(point | light)).mu) == pytest.approx(known, rel=0.15)
     far = point | {"pressure_hertz": "3 GPa", "speed_entrainment": "0.02 m/s", "roughness_rms": "4 um"}
     note = model.range_note(**far)
     for quantity in ("Hertz pressure 3 GPa (at most 2.5 GPa)", "entrainment speed", "composite Rq"):
