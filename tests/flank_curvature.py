@@ -37,6 +37,13 @@ class ShapeOperator:
         """Principal curvatures, ascending, (2, n) [1/m]."""
         return np.asarray(np.linalg.eigvalsh(self.matrix).T)
 
+    @property
+    def directions(self) -> tuple[FloatArray, FloatArray]:
+        """Unit vectors along the principal directions, in the order of `principal`, (3, n) each."""
+        vectors = np.linalg.eigh(self.matrix)[1]
+        first, second = (self.tangent_1 * vectors[:, 0, k] + self.tangent_2 * vectors[:, 1, k] for k in (0, 1))
+        return first, second
+
     def along(self, tangent_1: FloatArray, tangent_2: FloatArray) -> FloatArray:
         """The matrix in other orthonormal tangents of the same planes, (n, 2, 2) [1/m]."""
         turn = np.moveaxis(
