@@ -301,7 +301,7 @@ def fit_formula(
 
 
 # processor time of a fit, of any closed form and of a network, with ten folds [s, s per row]
-CLOSED_FORM_SECONDS, NETWORK_SECONDS = (1.0, 0.001), (6.0, 0.045)
+CLOSED_FORM_SECONDS, NETWORK_SECONDS = (1.0, 0.001), (6.0, 0.065)
 _WORTH_WORKERS = 30.0  # processor time of a fit from which on worker processes, 2 s each, save time [s]
 
 
