@@ -14,18 +14,18 @@ from regression.friction.oil_cards import card_hash
 
 # mean and 95 % of the held-out errors of mu, each rounded up
 HELD_OUT = {
-    "75w90": (0.05, 0.17),
+    "75w90": (0.045, 0.145),
     "75w90_short": (0.115, 0.36),
-    "80w90": (0.05, 0.16),
+    "80w90": (0.04, 0.135),
     "80w90_short": (0.105, 0.37),
-    "eaxle": (0.06, 0.2),
+    "eaxle": (0.05, 0.165),
     "eaxle_short": (0.12, 0.41),
-    "fva3": (0.05, 0.16),
+    "fva3": (0.04, 0.14),
     "fva3_short": (0.11, 0.36),
-    "gear": (0.05, 0.17),
-    "pao220": (0.05, 0.15),
+    "gear": (0.045, 0.15),
+    "pao220": (0.04, 0.14),
     "pao220_short": (0.11, 0.35),
-    "pg_0_1": (0.055, 0.17),
+    "pg_0_1": (0.045, 0.15),
     "pg_0_1_short": (0.12, 0.37),
 }
 

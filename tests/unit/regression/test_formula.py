@@ -165,8 +165,7 @@ def test_smooth_contacts_are_within_the_range_and_what_is_outside_is_named() -> 
     assert smooth.flag < FrictionFlag.OUTSIDE_RANGE
     contact = {name.replace("_oil", ""): value for name, value in point.items() if name != "roughness_rms"}
     assert smooth.lower < Contact(oil="75w90", **contact).solve().friction_coefficient < smooth.upper
-    # low pressure and slip, where the form is a third too low: the networks hold for smooth contacts too, whose film ratio
-    # is that of the least roughness of the data
+    # low pressure and slip, where the form is a third too low: the networks hold for smooth contacts too
     for light in ({}, {"pressure_hertz": "0.6 GPa", "speed_entrainment": "5 m/s", "slide_to_roll": 0.1}):
         known = Contact(oil="75w90", **(contact | light)).solve().friction_coefficient
         assert float(model.mu(**(point | light)).mu) == pytest.approx(known, rel=0.15)
