@@ -224,7 +224,7 @@ class FittedFormula(FrictionModel, InputModel):
                 moved[name] = np.where(thick, np.maximum(conditions[name], low), conditions[name])
                 # that of a smooth contact is infinite
                 ratio = np.minimum(
-                    conditions["film_ratio_formula"], conditions["film_formula"] / np.maximum(moved[name], low)
+                    conditions["film_ratio_formula"], conditions["film_formula"] / np.maximum(moved[name], _SMALLEST)
                 )
                 moved["film_ratio_formula"] = np.where(thick, ratio, conditions["film_ratio_formula"])
             elif name in ("correlation_length", "peklenik_number"):

@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 
 from regression.fitting.fit import interval_of
+from regression.fitting.rows import drawn_rows
 from regression.formula import Formula
 
 SCALES = (0.005, 0.02, 0.04, 0.1)
@@ -68,3 +69,12 @@ def test_a_file_keeps_the_coverage_of_a_band_or_its_absence(coverage: float | No
     interval = formula.interval.model_copy(update={"bands": bands})
     formula.model_copy(update={"interval": interval}).save(tmp_path / "formula.json")
     assert {band.coverage for band in Formula.load(tmp_path / "formula.json").interval.bands} == {coverage}
+
+
+@pytest.mark.parametrize(("drawn", "counted"), [(64, 64), (63, 66), (0, 3)])
+def test_chosen_points_do_not_widen_the_interval(drawn: int, counted: int) -> None:
+    """Points of a table count only where few others were drawn."""
+    frame = pd.DataFrame({"origin": ["table"] * 3 + ["sobol"] * drawn})
+    rows = drawn_rows(frame)
+    assert rows.sum() == counted
+    assert rows[:3].any() == (counted > drawn)

@@ -153,6 +153,15 @@ def test_interval_follows_the_band_of_the_film_ratio() -> None:
     np.testing.assert_allclose(np.log(value.upper / value.mu), [0.02, 0.1, 0.1, 0.2], rtol=1e-9)
 
 
+def test_film_ratio_of_a_smooth_contact_is_that_of_the_least_roughness() -> None:
+    """Also where all contacts of the data are smooth, and unchanged where the roughness is within the range."""
+    table = conditions_of(state(roughness_rms_1=np.array([0.0, 0.02e-6]), roughness_rms_2=np.zeros(2)), OIL)
+    for low in (0.0, 0.01e-6):
+        moved = Formula.model_validate(XU | {"ranges": {"roughness_rms": [low, 1e-6]}}).with_roughness_in_range(table)
+        expected = table["film_formula"] / np.array([max(low, 1e-300), 0.02e-6])
+        np.testing.assert_allclose(moved["film_ratio_formula"], expected, rtol=1e-12)
+
+
 def test_smooth_contacts_are_within_the_range_and_what_is_outside_is_named() -> None:
     model = friction_model("75w90")
     assert isinstance(model, Formula)
