@@ -5,8 +5,8 @@
 
 Networks are trained with the contacts of the other fitted plans of all oils. Of every `CANDIDATES` consecutive points
 of a Sobol sequence in the ranges of a plan (`POINTS`), the one is taken at which ln mu of the networks scatters most,
-for each oil. The first 420 of each oil, a quarter more contacts, lowered the error of points never fitted by 9 %; twice as
-many random ones by 13 %.
+for each oil. The first 420 of each oil, a quarter more contacts, lowered the error of points never fitted by 9 %; twice
+as many random ones by 13 %.
 """
 
 from __future__ import annotations
