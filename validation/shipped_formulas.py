@@ -4,7 +4,7 @@
     python validation/shipped_formulas.py --fit        # from the data that are there
     python validation/shipped_formulas.py 75w90 --check  # tables alone
 
-The plans `gear`, `gear_mesh`, `gear_film`, `gear_fast`, `gear_uncertain`, `gear_uncertain_2`, `gear_noise` and
+The plans `gear`, `gear_mesh`, `gear_film`, `gear_fast`, `gear_uncertain`, `gear_noise` and
 `gear_paths` are solved for each oil, 3752 contacts or half an hour of processor time; results go to data/datasets and
 formulas to data/formulas. The last two check, the others are fitted.
 Without names all shipped oils are meant. A sweep is resumed from its folder in validation/out/sweeps; the fits take
@@ -33,9 +33,9 @@ from regression.fitting.rows import checkable_rows, computed_friction, expected_
 from regression.friction.conditions import conditions_of
 
 OILS = ("75w90", "fva3", "eaxle", "80w90", "pao220", "pg_0_1")
-KINDS = ("", "_mesh", "_noise", "_paths", "_film", "_fast", "_uncertain", "_uncertain_2")
+KINDS = ("", "_mesh", "_noise", "_paths", "_film", "_fast", "_uncertain")
 EVEN = ("", "_mesh", "_film", "_fast")  # spread evenly over their ranges
-FITTED = (*EVEN, "_uncertain", "_uncertain_2")
+FITTED = (*EVEN, "_uncertain")
 PROFILES = {"_paths": 4}  # of each contact of a table, whose mean is the expected value; plans name their own
 DATA = Path("data")
 PAGE, MARKERS = Path("docs/friction_formula.md"), ("<!-- errors: begin -->", "<!-- errors: end -->")
@@ -53,7 +53,7 @@ def sweep(oil: str, jobs: int | None) -> None:
         # every oil has its own points: together they say more than the same ones six times
         seed = f"sampling.seed={100 * OILS.index(oil) + KINDS.index(kind) + 1}"
         changes = [f"lubricant.oil={oil}", seed]
-        if kind.startswith("_uncertain"):
+        if kind == "_uncertain":
             changes.append(f"table.file=gear{kind}_{oil}.csv")
         if kind in PROFILES:
             changes.append(f"sampling.realisations={PROFILES[kind]}")
