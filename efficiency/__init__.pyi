@@ -3,7 +3,7 @@ from efficiency.axle.axle import Axle as Axle
 from efficiency.blanks.pair import pair_blank
 from efficiency.conditions.duty import DutyCycle as DutyCycle
 from efficiency.conditions.grid import Grid as Grid
-from efficiency.installation import examine, warm_up
+from efficiency.installation import examine
 from efficiency.loss.efficiency_result import EfficiencyResult as EfficiencyResult
 from efficiency.machine_settings.correction import machine_corrections as machine_corrections
 from efficiency.machine_settings.solve import machine_settings
@@ -19,6 +19,7 @@ from efficiency.studies.demonstration import run_demo
 from efficiency.studies.parameter_study import run_study
 from efficiency.templates import new_file as new_file
 from efficiency.templates import new_questions as new_questions
+from ehl.warmup import warm_up
 
 __version__: str
 

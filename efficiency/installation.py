@@ -1,4 +1,4 @@
-"""Check of the installation (`mixed-ehl doctor`) and compilation of kernels in advance (`mixed-ehl warmup`)."""
+"""Check of the installation (`mixed-ehl doctor`)."""
 
 from __future__ import annotations
 
@@ -8,12 +8,8 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING
 
 from ehl.common.errors import InputError
-
-if TYPE_CHECKING:
-    from ehl.warmup import Warmup
 
 PACKAGES = ("ehl", "regression", "efficiency")
 
@@ -147,31 +143,3 @@ def examine(*, installation_only: bool = False) -> list[Check]:
         except Exception as error:  # any exception is reported as a failed check
             checks.append(Check(check.__name__.strip("_"), False, f"{type(error).__name__}: {error}"))
     return checks
-
-
-def warm_up(kind: str = "gear") -> Warmup:
-    """Compile the kernels that are not on disk, by solving a small contact of each kind.
-
-    Parameters
-    ----------
-    kind : str
-        ``smooth``, ``rough`` (includes smooth), or ``gear`` (both).
-
-    Returns
-    -------
-    Warmup
-
-    Raises
-    ------
-    InputError
-        An unknown kind.
-
-    Examples
-    --------
-    >>> import efficiency
-    >>> efficiency.warmup("smooth").kinds
-    ('smooth',)
-    """
-    from ehl.warmup import warm_up
-
-    return warm_up(kind)

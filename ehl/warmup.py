@@ -56,7 +56,28 @@ class Warmup(TableResult):
 
 
 def warm_up(kind: str = "gear") -> Warmup:
-    """Compile the kernels of a kind of contact; see `efficiency.warmup`."""
+    """Compile the kernels that are not on disk, by solving a small contact of each kind.
+
+    Parameters
+    ----------
+    kind : str
+        ``smooth``, ``rough`` (includes smooth), or ``gear`` (both).
+
+    Returns
+    -------
+    Warmup
+
+    Raises
+    ------
+    InputError
+        An unknown kind.
+
+    Examples
+    --------
+    >>> import efficiency
+    >>> efficiency.warmup("smooth").kinds
+    ('smooth',)
+    """
     if kind not in KINDS:
         raise InputError("kind", kind, " or ".join(KINDS))
     clock, kinds, found, spent = time.perf_counter(), KINDS[kind], len(compiled_kernels()), dict[str, float]()
