@@ -2,9 +2,9 @@
 
 import math
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
-from pydantic import BeforeValidator, create_model, model_validator
+from pydantic import BeforeValidator, create_model
 
 from ehl import inputs as case_inputs
 from ehl.common.errors import InputError, check_count, near
@@ -118,13 +118,6 @@ EXCLUSIVE = (
 
 
 class _Variables(InputModel):
-    @model_validator(mode="after")
-    def _exclusive(self) -> Self:
-        for one, other in EXCLUSIVE:
-            if getattr(self, one) is not None and getattr(self, other) is not None:
-                raise InputError(one, "given", f"only one of {one} and {other}")
-        return self
-
     @cached_property
     def axes(self) -> dict[str, PlanAxis]:
         """The variables given, in the order of `VARIABLES`."""

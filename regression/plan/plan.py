@@ -410,9 +410,7 @@ class Plan(InputModel, Reportable):
         own = np.zeros_like(number) if self.sampling.same_profile else number
         return np.asarray(self.surface.seed + (own[:, None] * repeat + np.arange(repeat)).ravel())
 
-    def _constraint_filter(
-        self, fixed: Mapping[str, float], oil: str | None, rejected: Counter[str] | None = None
-    ) -> Accept | None:
+    def _constraint_filter(self, fixed: Mapping[str, float], oil: str | None, rejected: Counter[str]) -> Accept | None:
         """Function that selects points inside all windows of the constraints; None without constraints.
 
         `rejected` counts the points outside of each window, and all points under ``drawn``.
@@ -420,7 +418,6 @@ class Plan(InputModel, Reportable):
         windows = self.constraints.windows
         if not windows:
             return None
-        counts: Counter[str] = Counter() if rejected is None else rejected
 
         def accept(columns: dict[str, FloatArray], number: IntArray) -> NDArray[np.bool_]:
             values = {**{name: np.full(number.size, value) for name, value in fixed.items()}, **columns}
@@ -428,16 +425,17 @@ class Plan(InputModel, Reportable):
             passed = np.ones(number.size, dtype=bool)
             for name, window in windows.items():
                 inside = window.holds(quantities[name])
-                counts[name] += int(np.count_nonzero(~inside))
+                rejected[name] += int(np.count_nonzero(~inside))
                 passed &= inside
-            counts["drawn"] += number.size
+            rejected["drawn"] += number.size
             return passed
 
         return accept
 
     def constrained(self, columns: Mapping[str, FloatArray], oils: Sequence[str | None]) -> dict[str, FloatArray]:
         """The quantities of `Constraints` at given values of the variables."""
-        ratio = self.conditions(columns, oils)["film_ratio_formula"] if self.constraints.need_oil else None
+        needs_oil = "film_ratio" in self.constraints.windows
+        ratio = self.conditions(columns, oils)["film_ratio_formula"] if needs_oil else None
         return constrained_quantities(self._state_columns(columns, len(oils)), self.bodies, ratio)
 
     def conditions(self, columns: Mapping[str, FloatArray], oils: Sequence[str | None]) -> dict[str, FloatArray]:

@@ -80,11 +80,6 @@ class _Constraints(InputModel):
         given = {name: getattr(self, name) for name in type(self).model_fields}
         return {name: window for name, window in given.items() if window is not None}
 
-    @property
-    def need_oil(self) -> bool:
-        """Whether a constraint depends on properties of the oil."""
-        return "film_ratio" in self.windows
-
 
 if TYPE_CHECKING:
     Constraints = _Constraints
@@ -185,18 +180,6 @@ class BoxSampler:
         """Values of the sampled variables at points of the unit cube."""
         ranges = enumerate(self.ranges.items())
         return {name: to_range(unit[:, i], axis.values[0], axis.values[1], axis.scale) for i, (name, axis) in ranges}
-
-    def unit(self, columns: Mapping[str, FloatArray]) -> FloatArray:
-        """Points of the unit cube from the values of the sampled variables; the inverse of `columns`."""
-        unit = []
-        for name, axis in self.ranges.items():
-            low, high = axis.values
-            value = np.asarray(columns[name], dtype=float)
-            if axis.scale == "log":
-                unit.append(np.log(value / low) / np.log(high / low))
-            else:
-                unit.append((value - low) / (high - low))
-        return np.column_stack(unit)
 
     def inside(self, size: int, accept: Accept | None) -> PointBlock:
         """`size` points that satisfy the constraints.

@@ -303,21 +303,24 @@ def sweep(
     content = plan if isinstance(plan, Plan) else Plan.from_file(plan)
     check_options(formula, time_cap, retries)
     part = _shard(shard)
+    workers = checked_jobs(jobs)
     with cluster(dask) as executor:
-        options: dict[str, Any] = {
-            "evaluate": partial(published_outputs, name=formula) if formula else solve_outputs,
-            "version": formula or SOLVER,
-            "jobs": checked_jobs(jobs),
-            "executor": executor,
-            "time_cap": None if time_cap is None else checked_time_cap(time_cap),
-            "retries": retries,
-            "retry_failed": retry_failed,
-            "progress": progress,
-        }
-        if formula is None and executor is None and options["jobs"] > 1:
+        if formula is None and executor is None and workers > 1:
             prepare_workers(rough=True)
-        target = Path(folder)
-        return Run(target, (sweep_shard(content, target, part, **options),))
+        report = sweep_shard(
+            content,
+            Path(folder),
+            part,
+            evaluate=partial(published_outputs, name=formula) if formula else solve_outputs,
+            version=formula or SOLVER,
+            jobs=workers,
+            executor=executor,
+            time_cap=None if time_cap is None else checked_time_cap(time_cap),
+            retries=retries,
+            retry_failed=retry_failed,
+            progress=progress,
+        )
+        return Run(folder, (report,))
 
 
 def check_options(formula: str | None, time_cap: float | str | None, retries: int) -> None:

@@ -23,18 +23,20 @@ from typing import Any
 import numpy as np
 
 from ehl import SOLVER
-from ehl.common.arrays import IntArray
 from ehl.common.data import counted_reasons
 from ehl.common.errors import InputError
 from ehl.common.files import make_folder
 from ehl.common.journal import Journal
 from ehl.common.progress import ProgressCallback, duration, progress_to, report_progress
-from ehl.common.runner import Executor, TaskRun, checked_jobs, local_executor
+from ehl.common.runner import Executor, TaskRun, local_executor
 from ehl.fluid.oil import Oil
-from regression.data.result_files import JOURNAL, SAME_RUN, TEXT_WIDTHS, CaseStatus, case_status, cases_of_other_files
+from regression.data.result_files import JOURNAL, SAME_RUN, TEXT_WIDTHS, case_status, cases_of_other_files
 from regression.friction.oil_cards import card_hash, cards_hash
 from regression.plan.plan import Plan
 from regression.sweeping import evaluators
+
+# number of rows that are written to disk together, and the time after which fewer rows are written [s]
+FLUSH_ROWS, FLUSH_SECONDS = 16, 1.0
 
 
 @contextmanager
@@ -133,115 +135,101 @@ class SweepReport:
         return "\n".join(lines)
 
 
-@dataclass(frozen=True)
-class SweepOptions:
-    """Options of a sweep."""
+@dataclass
+class Recorder:
+    """Counts rows, writes them to disk in groups, and ends the sweep between two cases on request."""
 
-    # contact to results; may raise `ConvergenceError` with a reason. Workers need to pickle it
-    evaluate: evaluators.Evaluator = evaluators.solve_outputs
-    version: str = SOLVER  # version of `evaluate`; part of the key of every case
-    jobs: int = 1  # worker processes, one thread each; 1 computes in this process
-    executor: Executor | None = None  # from `ehl.common.runner.cluster`; replaces `jobs` local processes
-    flush_every: int = 16  # number of rows that are written to disk together
-    flush_seconds: float = 1.0  # time after which fewer rows are written [s]
-    time_cap: float | None = 600.0  # wall time after which a case is stopped with the reason "time_cap" [s]
-    retries: int = 1  # number of fallback settings that are tried if the solver fails
-    # compute the failed cases on disk again. Cases without convergence use settings that were not tried yet; cases that
-    # reached the time cap or crashed their worker use the same settings
-    retry_failed: bool = False
-    progress: ProgressCallback | None = None  # called with a `Progress` after each case
+    journal: Journal
+    report: SweepReport
+    stop: threading.Event
+    costs: Mapping[str, float]  # estimated seconds of the cases to be computed
+    waiting: list[Mapping[str, Any]] = field(default_factory=list)  # rows that are not on disk yet
+    done: float = 0.0  # estimated seconds of the computed cases
 
     def __post_init__(self) -> None:
-        checked_jobs(self.jobs)
-        for name, minimum in (("retries", 0), ("flush_every", 1)):
-            if getattr(self, name) < minimum:
-                raise InputError(name, getattr(self, name), f"at least {minimum}")
-
-
-class Recorder:
-    """Counts rows, writes them to disk in groups, and ends the sweep between two cases on request.
-
-    costs: estimated seconds of the cases to be computed.
-    """
-
-    def __init__(
-        self,
-        journal: Journal,
-        report: SweepReport,
-        options: SweepOptions,
-        stop: threading.Event,
-        costs: Mapping[str, float],
-    ) -> None:
-        self._journal, self._report, self._options, self._stop, self._costs = journal, report, options, stop, costs
-        self._buffer: list[Mapping[str, Any]] = []
-        self._start = self._flushed = time.perf_counter()
-        self._cost_done, self._cost_all = 0.0, sum(costs.values())
+        self.start = self.flushed = time.perf_counter()
+        self.total = sum(self.costs.values())
 
     def record(self, row: Mapping[str, Any]) -> None:
         """Record a row; raises `KeyboardInterrupt` after a stop request."""
         # missing values become nan or empty texts when the rows are read
-        self._buffer.append({name: value for name, value in row.items() if value == value and value != ""})
-        self._report.count(row)
-        self._cost_done += self._costs.get(row["key"], 0.0)
-        late = time.perf_counter() - self._flushed > self._options.flush_seconds
-        if late or len(self._buffer) >= self._options.flush_every:
+        self.waiting.append({name: value for name, value in row.items() if value == value and value != ""})
+        self.report.count(row)
+        self.done += self.costs.get(row["key"], 0.0)
+        if len(self.waiting) >= FLUSH_ROWS or time.perf_counter() - self.flushed > FLUSH_SECONDS:
             self.flush()
         self.show()
-        if self._stop.is_set():
+        if self.stop.is_set():
             raise KeyboardInterrupt
 
     def flush(self) -> None:
         """Write the waiting rows to disk."""
-        self._journal.append(self._buffer)
-        self._buffer.clear()
-        self._flushed = time.perf_counter()
+        self.journal.append(self.waiting)
+        self.waiting.clear()
+        self.flushed = time.perf_counter()
 
     def show(self) -> None:
         """Report the progress."""
-        report = self._report
+        report = self.report
         left = None
-        if self._cost_done > 0.0:
-            elapsed = time.perf_counter() - self._start
-            left = elapsed * max(self._cost_all - self._cost_done, 0.0) / self._cost_done
+        if self.done > 0.0:
+            elapsed = time.perf_counter() - self.start
+            left = elapsed * max(self.total - self.done, 0.0) / self.done
         step = f"{report.failed} failed, cases" if report.failed else "cases"
         done = report.resumed + report.converged + report.unsettled + report.failed
         report_progress(step, done, report.total, left)
 
 
-def sweep_shard(plan: Plan, folder: Path, shard: tuple[int, int] = (1, 1), **options: Any) -> SweepReport:
-    """Compute the cases of a plan, or of one shard of it, that are not on disk yet.
+def sweep_shard(
+    plan: Plan,
+    folder: Path,
+    shard: tuple[int, int] = (1, 1),
+    *,
+    evaluate: evaluators.Evaluator = evaluators.solve_outputs,
+    version: str = SOLVER,
+    jobs: int = 1,
+    executor: Executor | None = None,
+    time_cap: float | None = 600.0,
+    retries: int = 1,
+    retry_failed: bool = False,
+    progress: ProgressCallback | None = None,
+) -> SweepReport:
+    """Compute the cases of a plan, or of one shard of it, that are not on disk yet, the longest first.
 
     folder: folder of the results; created if it does not exist.
     shard: (i, n): every n-th case, beginning with the i-th. Each shard has its own file, so that shards may run
         simultaneously.
-    **options: fields of `SweepOptions`.
-    Raises `InputError`: the folder contains another run, cannot be written, or the shard is not one of n;
-    `AllWorkersCrashed, ClusterLost`: there are no workers left; `KeyboardInterrupt`: Ctrl-C or SIGTERM. In both cases
-    every finished case is on disk.
+    evaluate: contact to results; may raise `ConvergenceError` with a reason. Workers need to pickle it.
+    version: version of `evaluate`; part of the key of every case.
+    jobs: worker processes, one thread each; 1 computes in this process.
+    executor: from `ehl.common.runner.cluster`; replaces `jobs` local processes.
+    time_cap: wall time after which a case is stopped with the reason "time_cap" [s].
+    retries: number of fallback settings that are tried if the solver fails.
+    retry_failed: compute the failed cases on disk again. Cases without convergence use settings that were not tried
+        yet; cases that reached the time cap or crashed their worker use the same settings.
+    progress: called with a `Progress` after each case.
+    Raises `InputError`: the folder contains another run, or cannot be written; `AllWorkersCrashed, ClusterLost`: there
+    are no workers left; `KeyboardInterrupt`: Ctrl-C or SIGTERM. In both cases every finished case is on disk.
     """
-    given = SweepOptions(**options)
     number, shards = shard
-    if not 1 <= number <= shards:
-        raise InputError("shard", f"{number}/{shards}", "i/n with 1 <= i <= n")
     make_folder(folder, "run")
     path = folder / f"shard-{number:04d}-of-{shards:04d}{JOURNAL}"
-    return _compute_cases(path, plan, np.arange(number - 1, len(plan.points), shards), given)
-
-
-def _compute_cases(path: Path, plan: Plan, indices: IntArray, options: SweepOptions) -> SweepReport:
-    """Compute the cases of a plan that are not in a result file yet, the longest first."""
+    indices = np.arange(number - 1, len(plan.points), shards)
     clock = time.perf_counter()
     cost = plan.case_seconds()[indices]
     # the longest first, so that all workers finish at about the same time
     order = np.lexsort((np.arange(indices.size), -cost))
     with (
-        progress_to(options.progress),
-        Journal(path, run_meta(plan, options.version), SAME_RUN, keep=case_status) as journal,
+        progress_to(progress),
+        Journal(path, run_meta(plan, version), SAME_RUN, keep=case_status) as journal,
         stop_requests() as stop,
     ):
-        # cases of other divisions into shards are included
-        known = _joined(cases_of_other_files(path), journal.rows)
-        done = {key for key, (status, _, _) in known.items() if not (options.retry_failed and status == "failed")}
+        # cases of other divisions into shards are included; a failure does not replace a result
+        known = cases_of_other_files(path)
+        for key, entry in journal.rows.items():
+            if entry[0] != "failed" or known.get(key, entry)[0] == "failed":
+                known[key] = entry
+        done = {key for key, (status, _, _) in known.items() if not (retry_failed and status == "failed")}
         failures = {key: _failed_settings(*entry) for key, entry in known.items()}
         costs: dict[str, float] = {}
         waiting: dict[str, int] = {}
@@ -249,7 +237,7 @@ def _compute_cases(path: Path, plan: Plan, indices: IntArray, options: SweepOpti
         for position in order:
             index = int(indices[position])
             case = plan.case_at(index)
-            key = evaluators.case_key(case, options.version)
+            key = evaluators.case_key(case, version)
             # if no settings are left the row keeps the reason of the solver
             exhausted = bool(failures.get(key)) and evaluators.fallback_settings(case, failures[key]) is None
             if exhausted or key in done:
@@ -257,19 +245,18 @@ def _compute_cases(path: Path, plan: Plan, indices: IntArray, options: SweepOpti
                     kept[key] = known[key][1]
             elif key not in costs:
                 costs[key], waiting[key] = float(cost[position]), index
-        jobs = max(1, min(options.jobs, len(waiting)))
-        workers = jobs if options.executor is None else None
+        jobs = max(1, min(jobs, len(waiting)))
+        workers = jobs if executor is None else None
         resumed = indices.size - len(waiting)
         report = SweepReport(path, indices.size, workers, resumed, Counter(kept.values()))
-        recorder = Recorder(journal, report, options, stop, costs)
+        recorder = Recorder(journal, report, stop, costs)
         # contacts are created when they are needed, to save memory
         tasks = (
             evaluators.CaseTask(key, plan.points.origin[index], plan.case_at(index), failures.get(key, 0))
             for key, index in waiting.items()
         )
-        executor = local_executor(jobs) if options.executor is None else options.executor
-        solve = evaluators.CaseRunner(options.evaluate, options.time_cap, options.retries)
-        run = TaskRun(tasks, solve, executor, solve.crashed, options.time_cap)
+        solve = evaluators.CaseRunner(evaluate, time_cap, retries)
+        run = TaskRun(tasks, solve, executor or local_executor(jobs), solve.crashed, time_cap)
         try:
             recorder.show()
             with closing(iter(run)) as results:
@@ -280,16 +267,6 @@ def _compute_cases(path: Path, plan: Plan, indices: IntArray, options: SweepOpti
     report.restarts, report.truncated, report.corrupt = run.restarts, journal.truncated, journal.corrupt
     report.seconds = time.perf_counter() - clock
     return report
-
-
-def _joined(*rows: Mapping[str, CaseStatus]) -> dict[str, CaseStatus]:
-    """One status per case: the later one, unless it failed and the earlier one has a result."""
-    joined: dict[str, CaseStatus] = {}
-    for part in rows:
-        for key, entry in part.items():
-            if entry[0] != "failed" or joined.get(key, entry)[0] == "failed":
-                joined[key] = entry
-    return joined
 
 
 def _failed_settings(status: str, reason: str, attempts: int) -> int:

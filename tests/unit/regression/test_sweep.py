@@ -124,9 +124,12 @@ def test_a_lost_worker_costs_its_case_and_nothing_else(plan: Plan, tmp_path: Pat
     assert report.restarts >= 2
 
 
-def test_workers_and_shards_give_the_data_of_one_process(plan: Plan, tmp_path: Path) -> None:
+def test_workers_and_shards_give_the_data_of_one_process(
+    monkeypatch: pytest.MonkeyPatch, plan: Plan, tmp_path: Path
+) -> None:
     sweep_shard(plan, tmp_path / "one", evaluate=XU)
-    sweep_shard(plan, tmp_path / "two", evaluate=XU, jobs=2, flush_every=3)
+    monkeypatch.setattr("regression.sweeping.sweep.FLUSH_ROWS", 3)
+    sweep_shard(plan, tmp_path / "two", evaluate=XU, jobs=2)
     for number in (1, 2, 3):
         sweep_shard(plan, tmp_path / "three", evaluate=XU, shard=(number, 3))
     hashes = {load_dataset(tmp_path / run).data_hash for run in ("one", "two", "three")}

@@ -32,7 +32,7 @@ from pathlib import Path
 from ehl import SOLVER
 from regression.sweeping.evaluators import published_outputs, solve_outputs
 from regression.plan.plan import Plan
-from regression.sweeping.sweep import sweep_shard
+from regression.sweeping import sweep
 
 plan, run, name, jobs = sys.argv[1:]
 def show(progress):
@@ -40,8 +40,8 @@ def show(progress):
     time.sleep(0.005)
 evaluate = partial(published_outputs, name=name) if name != "ehl" else solve_outputs
 version = name if name != "ehl" else SOLVER
-flush = {"flush_every": 4, "flush_seconds": 60.0}
-sweep_shard(Plan.from_file(plan), Path(run), evaluate=evaluate, version=version, jobs=int(jobs), progress=show, **flush)
+sweep.FLUSH_ROWS, sweep.FLUSH_SECONDS = 4, 60.0
+sweep.sweep_shard(Plan.from_file(plan), Path(run), evaluate=evaluate, version=version, jobs=int(jobs), progress=show)
 """
 
 
