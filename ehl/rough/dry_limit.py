@@ -122,7 +122,7 @@ def _dry_contact(
             continue
         ring = sample_ring(profile, float(x[1] - x[0]))
         moved = travel * contact.half_width * speed / contact.speed_entrainment
-        step = profile.length / ring.size if profile.periodic else profile.spacing
+        step = profile.length / ring.size
         heights += np.interp(x - moved, step * np.arange(ring.size), ring, period=step * ring.size)
     return solve_dry(contact, x, heights, hardness=hardness, tolerance=1e-5)
 

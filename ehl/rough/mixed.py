@@ -143,10 +143,6 @@ def _split_measured(path: str, surface: SurfaceInput, cutoff: float) -> tuple[Ro
     return profile, float(np.std(fine)), float(np.std(np.diff(fine))) / spacing
 
 
-# half width of a window and the distance of windows [b]: every place has at least 0.87 of the largest pressure
-REACH, STEP = 2.0, 1.0
-MOST_NODES = 4096
-_GAP_TOLERANCE = 1e-4  # of the gap, over b^2/R: about a nanometre
 RUNNING_IN = "running-in"  # prefix of its notes
 
 
@@ -170,7 +166,7 @@ def worn(profile: RoughProfile, rms: float) -> RoughProfile:
     heights = np.minimum(profile.heights, level)
     depths = [f"{1e9 * depth:.0f} nm" for depth in (high - level, float(np.mean(profile.heights - heights)))]
     note = f"{RUNNING_IN}: peaks worn by up to {depths[0]}, {depths[1]} in the mean"
-    return profile.changed(heights, profile.spacing, note)
+    return profile.changed(heights, note)
 
 
 # tuned with validation/mixed_shortcuts.py: shortest wave of a self-affine profile over lc; shorter ones change mu by

@@ -14,7 +14,7 @@ from ehl.surface.roughness import RoughProfile
 class RoughSurfaces:
     """Both surfaces; None is a smooth surface."""
 
-    # heights of surface 1 (speed u1) and 2 (u2); non-periodic profiles are closed to a ring
+    # heights of surface 1 (speed u1) and 2 (u2)
     profile_1: RoughProfile | None = None
     profile_2: RoughProfile | None = None
 
@@ -41,13 +41,13 @@ class RoughSurfaces:
     @property
     def correlation_length(self) -> float:
         """lc of both surfaces [m] for the drainage (from the mean of Rq^2/lc^2); inf when smooth."""
-        curvature = sum((p.rms / _correlation_length(p)) ** 2 for p in self.profiles)
+        curvature = sum((p.rms / p.correlation_length) ** 2 for p in self.profiles)
         return self.rms / math.sqrt(curvature) if curvature > 0.0 else math.inf
 
     @property
     def shortest_correlation_length(self) -> float:
         """The smaller lc of both surfaces [m]; inf when smooth."""
-        return min((_correlation_length(p) for p in self.profiles), default=math.inf)
+        return min((p.correlation_length for p in self.profiles), default=math.inf)
 
     @property
     def shortest_wavelength(self) -> float:
@@ -59,27 +59,6 @@ class RoughSurfaces:
         return self.profiles[0].length if self.profiles else None
 
 
-def _correlation_length(profile: RoughProfile) -> float:
-    """lc [m]; half the length of the profile if its autocorrelation does not fall to 1/e."""
-    return profile.correlation_length if math.isfinite(profile.correlation_length) else 0.5 * profile.length
-
-
-def ring(profile: RoughProfile) -> tuple[FloatArray, float]:
-    """Heights and period of a profile as a closed ring [m].
-
-    A non-periodic profile loses a tenth of its length: its end is blended into its start with weights whose squares add
-    up to one, which preserves the variance.
-    """
-    if profile.periodic:
-        return np.asarray(profile.heights, dtype=float), profile.length
-    heights = np.asarray(profile.heights, dtype=float)
-    overlap = max(2, heights.size // 10)
-    angle = 0.5 * math.pi * (np.arange(overlap) + 0.5) / overlap
-    closed = heights[: heights.size - overlap].copy()
-    closed[:overlap] = np.sin(angle) * closed[:overlap] + np.cos(angle) * heights[-overlap:]
-    return closed - closed.mean(), profile.spacing * closed.size
-
-
 def sample_ring(profile: RoughProfile | None, spacing: float) -> FloatArray:
     """Heights at the spacing [m] closest to the given one that divides the period (Fourier resampling).
 
@@ -87,14 +66,13 @@ def sample_ring(profile: RoughProfile | None, spacing: float) -> FloatArray:
     """
     if profile is None or profile.rms == 0.0:
         return np.zeros(0)
-    heights, period = ring(profile)
     if spacing > profile.cutoff / 2.0:
         allowed = f"at most {profile.cutoff / 2.0:.3g} m for wavelengths down to {profile.cutoff:.3g} m"
         hint = "Use more nodes, or a longer cut-off with the removed part included in the boundary film."
         raise InputError("nodes", f"sample distance {spacing:.3g} m", allowed, hint)
-    count = round(period / spacing)
-    spectrum = np.fft.rfft(heights)
+    count = round(profile.length / spacing)
+    spectrum = np.fft.rfft(profile.heights)
     kept = np.zeros(count // 2 + 1, dtype=complex)
     shared = min(spectrum.size, kept.size)
     kept[:shared] = spectrum[:shared]
-    return np.asarray(np.fft.irfft(kept, count) * (count / heights.size))
+    return np.asarray(np.fft.irfft(kept, count) * (count / profile.heights.size))

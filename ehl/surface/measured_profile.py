@@ -64,23 +64,19 @@ def prepared_profile(
     *,
     cutoff_long: float | None,
     cutoff_short: float,
-    spacing: float | None = None,
     detrend_order: int = 2,
-    periodic: bool = True,
     peklenik_number: float = 1.0,
     source: str = "measured",
     notes: tuple[str, ...] = (),
 ) -> RoughProfile:
-    """Level, filter and resample a measured profile.
+    """Level, filter and resample a measured profile, and join its ends over a tenth of the length.
 
-    Waves shorter than the short cut-off are removed; their RMS is ``rms_below_cutoff``.
+    The spacing of the result is a fifth of the short cut-off, at least the measured one.
 
     x, heights (n,): uniform positions and heights [m].
     cutoff_long: lambda_c: longer waves (form and waviness) are removed [m]; None keeps them.
     cutoff_short: lambda_s: shorter waves are removed [m].
-    spacing: of the result [m]; default: a fifth of the short cut-off, at least the measured one.
     detrend_order: order of the polynomial that is subtracted first.
-    periodic: whether to join the ends over a tenth of the length, for a surface that passes many times.
     peklenik_number, source, notes: copied to the result.
     Raises `InputError`: a cut-off is out of range for the length and the spacing of the profile.
     """
@@ -89,40 +85,29 @@ def prepared_profile(
         raise InputError("cutoff_short", cutoff_short, f"{2 * step:.3g} to {length / 8:.3g} m for this profile")
     if cutoff_long is not None and not 2.0 * cutoff_short <= cutoff_long <= length:
         raise InputError("cutoff_long", cutoff_long, f"{2 * cutoff_short:.3g} to {length:.3g} m for this profile")
-    if spacing is not None and not 0.0 < spacing <= cutoff_short / 2.2:
-        raise InputError("spacing", spacing, f"> 0 and at most {cutoff_short / 2.2:.3g} m")
     level = detrended(heights, detrend_order)
     done = [*notes, f"detrended (order {detrend_order})"]
     kept = gaussian_mean_line(level, step, cutoff_short)
-    below = float(np.std(level - kept))
     done.append(f"Gaussian filter, short cut-off {cutoff_short:.3g} m")
     if cutoff_long is not None:
         kept = kept - gaussian_mean_line(kept, step, cutoff_long)
         done.append(f"Gaussian filter, long cut-off {cutoff_long:.3g} m")
-    target = max(step, cutoff_short / 5.0) if spacing is None else spacing
-    profile = RoughProfile.of(
-        kept,
+    kept = kept - np.mean(kept)
+    target = max(step, cutoff_short / 5.0)
+    if abs(target / step - 1.0) > 1e-6:
+        ends = step * (len(kept) - 1)
+        place = np.minimum(np.arange(0.0, ends * (1.0 + 1e-12), target), ends)
+        kept = scipy.interpolate.CubicSpline(step * np.arange(len(kept)), kept)(place)
+        kept, step = kept - np.mean(kept), target
+        done.append(f"resampled to {step:.4g} m")
+    done.append("ends joined over a tenth of the length")
+    return RoughProfile.of(
+        joined_ends(kept, len(kept) // 10),
         step,
         cutoff=cutoff_short,
-        periodic=False,
-        rms_below_cutoff=below,
         peklenik_number=peklenik_number,
         source=source,
         notes=tuple(done),
-    )
-    if abs(target / step - 1.0) > 1e-6:
-        profile = profile.resampled(target)
-    if not periodic:
-        return profile
-    overlap = len(profile.heights) // 10
-    return RoughProfile.of(
-        joined_ends(np.asarray(profile.heights), overlap),
-        profile.spacing,
-        cutoff=cutoff_short,
-        rms_below_cutoff=below,
-        peklenik_number=peklenik_number,
-        source=source,
-        notes=(*profile.notes, "ends joined over a tenth of the length"),
     )
 
 

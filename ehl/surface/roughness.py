@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
@@ -118,17 +118,15 @@ EP_FILM = 30e-9  # film of the additives of gear oils (data/additives/EP.toml) [
 
 @dataclass(frozen=True, eq=False)
 class RoughProfile:
-    """Heights of one surface along x with mean zero, and their statistics.
+    """Heights of one period of a surface along x with mean zero, and their statistics.
 
     heights (n,): heights above the mean line [m]; read-only.
-    spacing: distance between samples [m]; a periodic profile has the length ``n * spacing``.
+    spacing: distance between samples [m]; the last sample is followed by the first.
     rms: Rq [m].
     skewness, kurtosis: third and fourth standardised moments [-]; 0 and 3 for a Gaussian.
-    correlation_length: lag at which the autocorrelation first falls to 1/e [m], lc of the ACF exp(-(x/lc)^2); nan if it
-        does not.
+    correlation_length: lag at which the autocorrelation first falls to 1/e [m], lc of the ACF exp(-(x/lc)^2); nan for a
+        flat profile.
     cutoff: shortest wavelength [m].
-    rms_below_cutoff: RMS of waves shorter than the cut-off (sigma_sub) [m]; nan for an unknown spectrum.
-    periodic: whether the last sample is followed by the first.
     peklenik_number: correlation length along y over that along x [-], an input that a line profile does not show.
     seed: seed of a generated profile.
     source: origin of the profile.
@@ -142,69 +140,34 @@ class RoughProfile:
     kurtosis: float
     correlation_length: float
     cutoff: float
-    rms_below_cutoff: float = math.nan
-    periodic: bool = True
     peklenik_number: float = 1.0
     seed: int | None = None
     source: str = ""
     notes: tuple[str, ...] = ()
 
     @classmethod
-    def of(
-        cls, heights: FloatArray, spacing: float, *, cutoff: float, periodic: bool = True, **others: Any
-    ) -> RoughProfile:
+    def of(cls, heights: FloatArray, spacing: float, *, cutoff: float, **others: Any) -> RoughProfile:
         """Profile from its heights, whose mean is subtracted; `others` are further fields."""
         z = np.asarray(heights, dtype=float) - np.mean(heights)
         z.setflags(write=False)
         rms, skewness, kurtosis = moments(z)
-        lc = measured_correlation_length(z, spacing, periodic=periodic)
-        return cls(z, float(spacing), rms, skewness, kurtosis, lc, float(cutoff), periodic=periodic, **others)
+        lc = measured_correlation_length(z, spacing)
+        return cls(z, float(spacing), rms, skewness, kurtosis, lc, float(cutoff), **others)
 
-    def changed(self, heights: FloatArray, spacing: float, note: str) -> RoughProfile:
+    def changed(self, heights: FloatArray, note: str) -> RoughProfile:
         """Other heights of this profile, with a note."""
-        kept = ("cutoff", "periodic", "rms_below_cutoff", "peklenik_number", "seed", "source")
-        same: dict[str, Any] = {name: getattr(self, name) for name in kept}
-        return RoughProfile.of(heights, spacing, **same, notes=(*self.notes, note))
+        same: dict[str, Any] = {name: getattr(self, name) for name in ("cutoff", "peklenik_number", "seed", "source")}
+        return RoughProfile.of(heights, self.spacing, **same, notes=(*self.notes, note))
 
     @property
     def length(self) -> float:
-        """Length of the profile [m]: one period, or first to last sample."""
-        return self.spacing * (len(self.heights) - (0 if self.periodic else 1))
+        """Length of the period [m]."""
+        return self.spacing * len(self.heights)
 
     @property
     def x(self) -> FloatArray:
         """Positions of the samples [m]."""
         return np.asarray(self.spacing * np.arange(len(self.heights)), dtype=float)
-
-    def scaled(self, rms: float) -> RoughProfile:
-        """The profile scaled to another Rq [m]."""
-        if self.rms == 0.0:
-            raise InputError("rms", rms, "0 m", "A flat profile cannot be scaled.")
-        factor = rms / self.rms
-        heights = self.heights * factor
-        heights.setflags(write=False)
-        below = self.rms_below_cutoff * factor
-        return replace(self, heights=heights, rms=rms, rms_below_cutoff=below)
-
-    def resampled(self, spacing: float) -> RoughProfile:
-        """The profile at another spacing [m]: exact for a periodic band-limited profile, else by cubic spline.
-
-        Raises `InputError`: the new spacing does not resolve the shortest wavelength.
-        """
-        _check_spacing(spacing, self.cutoff)
-        if self.periodic:
-            count = _count(self.length, spacing)
-            spectrum = scipy.fft.rfft(self.heights)
-            kept = np.zeros(count // 2 + 1, dtype=complex)
-            shared = min(len(spectrum), len(kept))
-            kept[:shared] = spectrum[:shared]
-            heights = scipy.fft.irfft(kept, count) * (count / len(self.heights))
-            step = self.length / count
-        else:
-            step = spacing
-            points = np.arange(0.0, self.length * (1.0 + 1e-12), step)
-            heights = scipy.interpolate.CubicSpline(self.x, self.heights)(np.minimum(points, self.length))
-        return self.changed(heights, step, f"resampled to {step:.4g} m")
 
 
 def moments(heights: FloatArray) -> tuple[float, float, float]:
@@ -284,8 +247,12 @@ def generate_profile(
     shortest = CUTOFF_PER_CORRELATION_LENGTH * correlation_length if cutoff is None else float(cutoff)
     allowed = f"> 0 and at most a quarter of the length ({length / 4:g} m)"
     _require("cutoff", shortest, 0.0 < shortest <= length / 4.0, allowed)
-    _check_spacing(spacing, shortest)
-    count = _count(length, spacing)
+    _require("spacing", spacing, spacing > 0.0, "> 0 m")
+    if spacing > shortest / 2.2:
+        allowed = f"at most {shortest / 2.2:.4g} m for a profile with wavelengths down to {shortest:.4g} m"
+        hint = "Use a finer mesh, or a longer cut-off with the removed part included in the boundary film."
+        raise InputError("spacing", spacing, allowed, hint)
+    count = max(1, round(length / spacing))
     modes = _modes(seed, correlation_length, length, shortest, hurst)
     # statistics, mean and scale are those of one fine sampling, so that they do not depend on the spacing
     fine, heights = _synthesis(modes, 16 * len(modes)), _synthesis(modes, count)
@@ -381,18 +348,6 @@ def _synthesis(modes: NDArray[np.complex128], count: int) -> FloatArray:
     spectrum = np.zeros(count // 2 + 1, dtype=complex)
     spectrum[1 : len(modes) + 1] = modes
     return np.asarray(scipy.fft.irfft(spectrum, count) * count)
-
-
-def _count(length: float, spacing: float) -> int:
-    return max(1, round(length / spacing))
-
-
-def _check_spacing(spacing: float, shortest: float) -> None:
-    _require("spacing", spacing, spacing > 0.0, "> 0 m")
-    if spacing > shortest / 2.2:
-        allowed = f"at most {shortest / 2.2:.4g} m for a profile with wavelengths down to {shortest:.4g} m"
-        hint = "Use a finer mesh, or a longer cut-off with the removed part included in the boundary film."
-        raise InputError("spacing", spacing, allowed, hint)
 
 
 def _require(field: str, value: object, holds: bool, allowed: str) -> None:

@@ -189,16 +189,14 @@ def _heights(axes: Axes, profiles: list[tuple[int, RoughProfile]], b: float) -> 
 
 
 def _correlation(axes: Axes, profiles: list[tuple[int, RoughProfile]]) -> None:
-    known = [p.correlation_length for _, p in profiles if math.isfinite(p.correlation_length)]
-    reach = 4.0 * max(known) if known else 0.1 * max(p.length for _, p in profiles)
+    reach = 4.0 * max(profile.correlation_length for _, profile in profiles)
     for i, profile in profiles:
-        acf = autocorrelation(np.asarray(profile.heights), periodic=profile.periodic)
+        acf = autocorrelation(np.asarray(profile.heights))
         lag = profile.spacing * np.arange(acf.size)
         near = lag <= reach
         axes.plot(lag[near] * 1e6, acf[near], color=SURFACES[i], label=f"surface {i + 1}")
-        if math.isfinite(profile.correlation_length):
-            smooth = np.exp(-((lag[near] / profile.correlation_length) ** 2))
-            axes.plot(lag[near] * 1e6, smooth, color=SURFACES[i], lw=0.8, ls="--")
+        smooth = np.exp(-((lag[near] / profile.correlation_length) ** 2))
+        axes.plot(lag[near] * 1e6, smooth, color=SURFACES[i], lw=0.8, ls="--")
     axes.axhline(0.0, color=GREY, lw=0.5)
     axes.plot([], [], color=GREY, lw=0.8, ls="--", label="Gaussian of the same length")
     axes.set(xlabel="lag [µm]", ylabel="autocorrelation [-]", xlim=(0.0, reach * 1e6))

@@ -17,7 +17,7 @@ from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
 from ehl.rough.dry import DeflectionOperator
 from ehl.rough.scaling import inlet_wedge, rough_length, solved_length
-from ehl.rough.surfaces import RoughSurfaces, ring
+from ehl.rough.surfaces import RoughSurfaces
 from ehl.surface.roughness import RoughProfile
 
 Array = NDArray[np.float64]
@@ -33,7 +33,7 @@ def periodic(profile: RoughProfile | None) -> CubicSpline | None:
     """Heights of the ring as a spline of position [m]."""
     if profile is None or profile.rms == 0.0:
         return None
-    heights, period = ring(profile)
+    heights, period = profile.heights, profile.length
     return CubicSpline(np.linspace(0.0, period, heights.size + 1), np.append(heights, heights[0]), bc_type="periodic")
 
 

@@ -40,7 +40,7 @@ def wavy(contact: LineContact, wavelength: float, amplitude: float) -> RoughSurf
     length = wavelength * contact.half_width
     points = 64
     heights = amplitude * np.cos(2.0 * np.pi * np.arange(4 * points) / points)
-    profile = RoughProfile.of(heights, length / points, cutoff=length, periodic=True)
+    profile = RoughProfile.of(heights, length / points, cutoff=length)
     return RoughSurfaces(profile, None)
 
 

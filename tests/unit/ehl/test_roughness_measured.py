@@ -224,19 +224,17 @@ def test_preparation_recovers_a_generated_profile():
     x = truth.x
     heights = truth.heights + 5e-6 + 2e-3 * x  # mounted with a tilt
     heights = heights + 20e-9 * np.random.default_rng(0).standard_normal(len(x))
-    profile = prepared_profile(x, heights, cutoff_long=None, cutoff_short=15e-6, spacing=2e-6)
+    profile = prepared_profile(x, heights, cutoff_long=None, cutoff_short=15e-6)
     assert profile.rms == pytest.approx(truth.rms, rel=0.08)
     assert profile.correlation_length == pytest.approx(truth.correlation_length, rel=0.1)
-    # white noise of 20 nm and what little of the profile lies there
-    assert 18e-9 < profile.rms_below_cutoff < 30e-9
-    assert profile.periodic
-    assert (profile.cutoff, len(profile.notes)) == (15e-6, 4)
+    assert (profile.cutoff, profile.spacing) == (15e-6, 3e-6)
+    assert len(profile.notes) == 4
 
 
 def test_long_cutoff_takes_the_waviness_out():
     x = STEP * np.arange(8000)
     heights = 1e-6 * np.sin(2 * np.pi * x / 4e-3) + 0.1e-6 * np.sin(2 * np.pi * x / 50e-6)
-    profile = prepared_profile(x, heights, cutoff_long=0.8e-3, cutoff_short=5e-6, periodic=False)
+    profile = prepared_profile(x, heights, cutoff_long=0.8e-3, cutoff_short=5e-6)
     middle = profile.heights[len(profile.heights) // 4 : -len(profile.heights) // 4]
     assert np.std(middle) == pytest.approx(0.1e-6 / math.sqrt(2), rel=0.05)
 
@@ -247,7 +245,6 @@ def test_long_cutoff_takes_the_waviness_out():
         ({"cutoff_short": 1e-6}, "cutoff_short"),
         ({"cutoff_short": 2e-3}, "cutoff_short"),
         ({"cutoff_long": 11e-6}, "cutoff_long"),
-        ({"spacing": 8e-6}, "spacing"),
     ],
 )
 def test_cutoffs_out_of_range(change, field):

@@ -16,8 +16,8 @@ from ehl.rough.accuracy import PER_SWEEP, inlet_sweep, make_run_plan
 from ehl.rough.averaging import batch_means
 from ehl.rough.run import TransientRun
 from ehl.rough.scaling import Settings, build_problem
-from ehl.rough.surfaces import ring, sample_ring
-from ehl.surface.roughness import RoughProfile, generate_profile
+from ehl.rough.surfaces import sample_ring
+from ehl.surface.roughness import generate_profile
 
 
 @pytest.mark.parametrize("memory", [0.0, 0.9])
@@ -30,16 +30,6 @@ def test_intervals_cover_the_true_mean(memory: float) -> None:
         mean, half_width = batch_means(3.0 + series, 60)
         hits += abs(mean - 3.0) <= half_width
     assert 0.84 <= hits / 300 <= 0.95
-
-
-def test_open_profile_is_closed_without_a_jump() -> None:
-    source = generate_profile(0.4e-6, 20e-6, 4e-3, 2e-6, 5)
-    cut = RoughProfile.of(source.heights[100:1500], source.spacing, cutoff=source.cutoff, periodic=False)
-    heights, period = ring(cut)
-    steps = np.abs(np.diff(np.append(heights, heights[0])))
-    assert steps[-1] <= steps.max()
-    assert float(np.std(heights)) == pytest.approx(cut.rms, rel=0.1)
-    assert period == pytest.approx(heights.size * cut.spacing)
 
 
 def test_sampling_keeps_the_profile_on_every_mesh() -> None:

@@ -30,18 +30,11 @@ def plan_of(line: LineContact, profile: RoughProfile, accuracy: str = "fast"):  
 
 def test_mesh_carries_the_short_cutoff_of_a_measured_profile() -> None:
     x = np.arange(4000) * 1e-6
-    profile = RoughProfile.of(1e-7 * np.sin(x / 2e-5), 1e-6, cutoff=2.5e-6, periodic=False)
+    profile = RoughProfile.of(1e-7 * np.sin(x / 2e-5), 1e-6, cutoff=2.5e-6)
     plan = plan_of(line_contact(), profile)
     companion = 2.0 * plan.spacing * line_contact().half_width
     assert companion <= profile.cutoff
     assert plan.coarsest == pytest.approx(2.5e-6 / 2.2 / line_contact().half_width)
-
-
-def test_profile_without_correlation_length_is_planned_for() -> None:
-    trend = RoughProfile.of(np.linspace(-1e-7, 1e-7, 64), 1e-6, cutoff=2e-5, periodic=False)
-    profile = replace(trend, correlation_length=math.nan)
-    assert RoughSurfaces(profile).correlation_length == pytest.approx(0.5 * profile.length)
-    assert math.isfinite(plan_of(line_contact(), profile).spacing)
 
 
 @pytest.mark.parametrize(("accuracy", "nodes"), [("fast", 2048), ("standard", 4096), ("reference", 8192)])
