@@ -170,7 +170,7 @@ class Formula(FittedFormula, Reportable):
         from regression.export.export import export_formula
 
         program = export_formula(self, Path(path), language, oil=oil, oil_arguments=oil_arguments, guard=guard)
-        return tuple(argument.name for argument in program.arguments)
+        return program.arguments
 
     def sections(self, medium: Medium = "page", dataset: Results | None = None) -> list[Section]:
         """Data, formulas, errors by region, curves, sensitivity and failures; the formula only for a terminal.

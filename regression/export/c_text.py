@@ -25,6 +25,7 @@ class CPrinter(Printer):
     functions: ClassVar[Mapping[str, str]] = {**LIBRARY, "absolute": "fabs"}
     both, either, opposite = " && ", " || ", "!"
     infinite, undefined = "INFINITY", "NAN"
+    array, element = ("(const double[]){", "}"), "{}.of[{}]"
     reserved = _RESERVED
 
     def power(self, base: tuple[str, int], exponent: tuple[str, int]) -> tuple[str, int]:
@@ -36,16 +37,10 @@ class CPrinter(Printer):
         return f"{'pow' if re.fullmatch(_WHOLE, right) else 'power'}({left}, {right})", ATOM
 
     def function(self, name: str, arguments: Sequence[str]) -> str:
-        """A call; coordinates of functions over stored rows go as one array."""
+        """A call; maximum and minimum of a number and a constant are short functions."""
         if name in ("maximum", "minimum") and re.fullmatch(_NUMBER, arguments[1]):
             name = {"maximum": "at_least", "minimum": "at_most"}[name]
-        if name in RESULTS:
-            return f"{name}((const double[]){{{', '.join(arguments)}}})"
         return super().function(name, arguments)
-
-    def item(self, name: str, place: int) -> str:
-        """A number of the structure that functions over stored numbers return."""
-        return f"{name}.of[{place}]"
 
     def choose(self, condition: str, yes: str, no: str) -> tuple[str, int]:
         """The conditional operator, in brackets wherever it is an operand."""
@@ -78,7 +73,7 @@ def _data_functions(program: Program) -> list[str]:
 def c_text(program: Program, name: str) -> str:
     """One function and the struct it returns; compiles with C99 or later and needs the mathematical library."""
     printer = CPrinter(name)
-    arguments = ", ".join(f"double {argument.name}" for argument in program.arguments)
+    arguments = ", ".join(f"double {name}" for name in program.arguments)
     lines = [commented(program, " *").replace(" *", "/*", 1)]
     lines += [
         f" * cc -O3 -fno-math-errno -c {name}.c, link with -lm; not -ffast-math, which takes NaN out of the language.",

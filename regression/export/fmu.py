@@ -19,7 +19,8 @@ from xml.etree import ElementTree as Xml
 from ehl import __version__
 from regression.export.c_text import c_text
 from regression.export.printer import flag_meanings
-from regression.export.program import OUTPUTS, Program
+from regression.export.program import MEANING, OUTPUTS, Program
+from regression.friction.conditions import UNITS
 
 # exponents of SI base units, of the units of inputs and outputs
 _UNITS: dict[str, dict[str, int]] = {
@@ -72,7 +73,7 @@ def friction_fmu(program: Program, name: str) -> bytes:
 
     Raises `InputError`: its oil is not written into the program.
     """
-    inputs = [Variable(a.name, _unit(a.unit), a.meaning, _START.get(a.name, 0.0)) for a in program.arguments]
+    inputs = [Variable(n, _unit(UNITS[n]), MEANING[n], _START.get(n, 0.0)) for n in program.arguments]
     meaning = ("friction coefficient", "lower end of its interval", "upper end of its interval", flag_meanings(program))
     outputs = [Variable(output, "", text) for output, text in zip(OUTPUTS, meaning, strict=True)]
     arguments = ", ".join(f"u[{k}]" for k in range(len(inputs)))

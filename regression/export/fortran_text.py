@@ -14,22 +14,13 @@ class FortranPrinter(Printer):
     both, either, opposite = " .and. ", " .or. ", ".not. "
     infinite = "ieee_value(1.0_dp, ieee_positive_inf)"
     undefined = "ieee_value(1.0_dp, ieee_quiet_nan)"
+    array, element, first = ("[", "]"), "{}({})", 1
     reserved = frozenset({"merge", "int", "dp", "layer", "i", "x"})
 
     def number(self, number: float) -> str:
         """A literal of kind dp."""
         text = super().number(number)
         return text if "ieee" in text else f"{text}_dp"
-
-    def function(self, name: str, arguments: Sequence[str]) -> str:
-        """A call; coordinates of functions over stored rows go as one array."""
-        if name in RESULTS:
-            return f"{name}([{', '.join(arguments)}])"
-        return super().function(name, arguments)
-
-    def item(self, name: str, place: int) -> str:
-        """A number of the array that functions over stored numbers return."""
-        return f"{name}({place + 1})"
 
     def choose(self, condition: str, yes: str, no: str) -> tuple[str, int]:
         """The intrinsic merge."""
@@ -83,14 +74,13 @@ def _stored_rows(program: Program) -> list[str]:
 def fortran_text(program: Program, name: str) -> str:
     """A module with one elemental subroutine: arguments may be arrays of one shape."""
     printer = FortranPrinter(name)
-    arguments = [argument.name for argument in program.arguments]
     lines = [commented(program, "!"), f"module {name}_formula"]
     used = "ieee_is_finite, ieee_is_nan, ieee_value, ieee_quiet_nan, ieee_positive_inf"
     lines += [f"  use, intrinsic :: ieee_arithmetic, only: {used}"]
     lines += [f"  implicit none; private; public :: {name}", "  integer, parameter :: dp = kind(1.0d0)"]
     lines += [*_stored_rows(program), "contains"]
-    lines += [broken(f"elemental subroutine {name}({', '.join((*arguments, *OUTPUTS))})", "  ", end=" &")]
-    lines += [broken(f"real(dp), intent(in) :: {', '.join(arguments)}", "    ", end=" &")]
+    lines += [broken(f"elemental subroutine {name}({', '.join((*program.arguments, *OUTPUTS))})", "  ", end=" &")]
+    lines += [broken(f"real(dp), intent(in) :: {', '.join(program.arguments)}", "    ", end=" &")]
     lines += ["    real(dp), intent(out) :: mu, lower, upper; integer, intent(out) :: flag"]
     for kind, logical in (("real(dp)", False), ("logical", True)):
         names = [

@@ -1,10 +1,10 @@
 """A formula as a MATLAB or Octave function file."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import ClassVar
 
 from regression.export.printer import LIBRARY, Printer, assignments, broken, commented, number_rows, packed
-from regression.export.program import RESULTS, Program
+from regression.export.program import Program
 
 
 class MatlabPrinter(Printer):
@@ -14,17 +14,7 @@ class MatlabPrinter(Printer):
     times, over, power_sign = " .* ", " ./ ", " .^ "
     both, either, opposite = " & ", " | ", "~"
     infinite, undefined = "Inf", "NaN"
-
-    def item(self, name: str, place: int) -> str:
-        """An entry of the cell array that functions over stored numbers return."""
-        return f"{name}{{{place + 1}}}"
-
-    def function(self, name: str, arguments: Sequence[str]) -> str:
-        """A call; coordinates of functions over stored rows go as one cell array."""
-        if name in RESULTS:
-            return f"{name}({{{', '.join(arguments)}}})"
-        return super().function(name, arguments)
-
+    array, element, first = ("{", "}"), "{}{{{}}}", 1
     reserved = frozenset({"choose", "end", "function", "if", "for", "while", "switch", "case", "layer"})
 
 
@@ -79,9 +69,8 @@ def _data_functions(program: Program) -> list[str]:
 def matlab_text(program: Program, name: str) -> str:
     """A function file; arguments are numbers or arrays that expand to one size (MATLAB R2016b, Octave 4)."""
     printer = MatlabPrinter(name)
-    arguments = ", ".join(argument.name for argument in program.arguments)
     lines = [
-        broken(f"function [mu, lower, upper, flag] = {name}({arguments})", "", end=" ..."),
+        broken(f"function [mu, lower, upper, flag] = {name}({', '.join(program.arguments)})", "", end=" ..."),
         commented(program, "%"),
     ]
     statements = [f"{variable} = {expression};" for variable, expression, _ in assignments(program, printer)]

@@ -6,8 +6,9 @@ from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 from ehl import __version__
-from regression.export.program import Program
+from regression.export.program import MEANING, RESULTS, Program
 from regression.export.record import COMPARISONS, FUNCTIONS, Value
+from regression.friction.conditions import UNITS
 from regression.friction.models import FrictionFlag
 
 # how tightly an operator binds; an operand that binds less tightly is put in brackets
@@ -30,6 +31,9 @@ class Printer:
     power_sign = " ** "
     infinite = "inf"
     undefined = "nan"
+    array = ("", "")  # around the coordinates that a function over stored numbers takes
+    element = "{}[{}]"  # one of its results, counted from `first`
+    first = 0
     reserved: frozenset[str] = frozenset()
 
     def __init__(self, function_name: str = "") -> None:
@@ -54,7 +58,8 @@ class Printer:
 
     def function(self, name: str, arguments: Sequence[str]) -> str:
         """A call; the operation's own name where the language has no other."""
-        return f"{self.functions.get(name, name)}({', '.join(arguments)})"
+        left, right = self.array if name in RESULTS else ("", "")
+        return f"{self.functions.get(name, name)}({left}{', '.join(arguments)}{right})"
 
     def power(self, base: tuple[str, int], exponent: tuple[str, int]) -> tuple[str, int]:
         """Base to the exponent, given as text and level."""
@@ -64,10 +69,6 @@ class Printer:
     def choose(self, condition: str, yes: str, no: str) -> tuple[str, int]:
         """One of two values by a condition."""
         return self.function("choose", (condition, yes, no)), ATOM
-
-    def item(self, name: str, place: int) -> str:
-        """One number of several, counted from 0."""
-        return f"{name}[{place}]"
 
     def comparison(self, operation: str, left: str, right: str) -> tuple[str, int]:
         """A comparison of two numbers."""
@@ -89,7 +90,7 @@ class Printer:
         parts = [self._text(operand) for operand in value.operands]
         operation = value.operation
         if operation == "item":
-            return self.item(parts[0][0], int(value.number)), ATOM
+            return self.element.format(parts[0][0], int(value.number) + self.first), ATOM
         last = value.operands[-1]
         if operation == "add" and last.operation == "constant" and last.number < 0.0:
             return f"{self._enclosed(parts[0], SUM)} - {self.number(-last.number)}", SUM
@@ -157,9 +158,10 @@ def description(program: Program) -> list[str]:
     scores, data = formula.validation, formula.data
     wide = 100.0 * formula.interval.level
     ranges = {name: f"{low:.6g} to {high:.6g}" for name, (low, high) in formula.ranges.items()}
-    named = {argument.name for argument in program.arguments}
     others = [
-        f"{name} {text} {formula.units.get(name, '') or '-'}" for name, text in ranges.items() if name not in named
+        f"{name} {text} {formula.units.get(name, '') or '-'}"
+        for name, text in ranges.items()
+        if name not in program.arguments
     ]
     oil = program.oil or "any: its properties are arguments"
     if program.oil is None and len(formula.oils) == 1 and formula.oils[0].name is not None:
@@ -173,8 +175,8 @@ def description(program: Program) -> list[str]:
         f"worst {100.0 * scores.largest:.0f} %.",
         "Arguments in SI units, with the range:",
         *(
-            f"  {a.name} [{a.unit or '-'}] {ranges.get(a.name, '')}".rstrip() + f": {a.meaning}"
-            for a in program.arguments
+            f"  {name} [{UNITS[name] or '-'}] {ranges.get(name, '')}".rstrip() + f": {MEANING[name]}"
+            for name in program.arguments
         ),
         "Results:",
         "  mu: friction coefficient, without rolling traction; NaN where the formula has no value",

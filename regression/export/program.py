@@ -22,7 +22,7 @@ from ehl.fluid.oil import Oil
 from ehl.fluid.viscosity import TEMPERATURE_RANGE
 from regression.export import record
 from regression.export.record import NotRecordable, Value
-from regression.friction.conditions import LUBRICANT_UNITS, STATE_UNITS, UNITS, derived_conditions, lubricant_columns
+from regression.friction.conditions import LUBRICANT_UNITS, STATE_UNITS, derived_conditions, lubricant_columns
 from regression.friction.data_cloud import DataCloud
 from regression.friction.fitted import FittedFormula, flags_of, friction_of_form
 from regression.friction.models import FrictionFlag
@@ -124,21 +124,12 @@ _LONGEST = 60  # operations in one expression, from which on a value used once k
 
 
 @dataclass(frozen=True)
-class Argument:
-    """A number the caller gives, in SI units."""
-
-    name: str
-    unit: str
-    meaning: str
-
-
-@dataclass(frozen=True)
 class Program:
     """A formula ready to be printed."""
 
     formula: FittedFormula  # what is exported
     oil: str | None  # the card whose laws are written into the program; None where the oil's properties are arguments
-    arguments: tuple[Argument, ...]  # in the order of the call
+    arguments: tuple[str, ...]  # names of the numbers the caller gives, in SI units, in the order of the call
     coefficients: tuple[Value, ...]  # the fitted numbers that are used
     steps: tuple[Value, ...]  # the named values in the order they are computed, those of `OUTPUTS` last
 
@@ -169,7 +160,7 @@ def program_of(
     used = sorted(reached(outputs), key=lambda value: value.serial)
     names = {value.name for value in used if value.operation == "argument"}
     known = (*STATE_UNITS, "roughness_rms", *LUBRICANT_UNITS)
-    arguments = tuple(Argument(name, UNITS[name], MEANING[name]) for name in known if name in names)
+    arguments = tuple(name for name in known if name in names)
     coefficients = tuple(value for value in used if value.operation == "coefficient")
     return Program(formula, card.name if card else None, arguments, coefficients, _named_steps(outputs))
 
@@ -201,7 +192,9 @@ def _outputs(formula: FittedFormula, oil: Oil | None, guarded: bool) -> tuple[Va
     friction, deviation = friction_of_form(formula.form, coefficients, network, floored, boundary, statistics)
     near, far = record.constant(0.0), record.constant(0.0)
     if formula.cloud is not None and guarded:
-        near, far = _near_and_far(formula.cloud, dict(formula.with_roughness_in_range(table)))
+        cloud, limited = formula.cloud, formula.with_roughness_in_range(table)
+        distance, length, margin = guard(cloud, [np.log(limited[name]) for name in cloud.variables])
+        near, far = cloud.near_and_far(distance / cloud.radius, length, margin < 0.0)
     width = formula.log_width(table["film_ratio_formula"], deviation, outside, formula.excess(table), near, far)
     start = record.constant(FrictionFlag.OK if oil is None else formula.oil_flag(oil))
     defined = np.isfinite(friction) & (friction > 0.0) & within_laws
@@ -212,12 +205,6 @@ def _outputs(formula: FittedFormula, oil: Oil | None, guarded: bool) -> tuple[Va
     for name, value in zip(OUTPUTS, values, strict=True):
         value.name = name
     return values
-
-
-def _near_and_far(cloud: DataCloud, table: dict[str, Any]) -> tuple[Any, Any]:
-    """Whether a point lies outside the cloud of cases, and far from it."""
-    distance, length, margin = guard(cloud, [np.log(table[name]) for name in cloud.variables])
-    return cloud.near_and_far(distance / cloud.radius, length, margin < 0.0)
 
 
 def _conditions(oil: Oil | None) -> tuple[dict[str, Any], Any]:
@@ -270,7 +257,8 @@ def _named_steps(outputs: tuple[Value, ...]) -> tuple[Value, ...]:
             sizes[value], value.name = size, ""
             continue
         wanted = value.name or "part"
-        value.name = next(name for name in _candidates(wanted) if name.lower() not in taken)
+        numbered = (f"{wanted}_{number}" for number in itertools.count(2))
+        value.name = next(name for name in itertools.chain([wanted], numbered) if name.lower() not in taken)
         taken.add(value.name.lower())
         steps.append(value)
     return (*steps, *outputs)
@@ -286,8 +274,3 @@ def _shared(outputs: tuple[Value, ...]) -> None:
         key = (value.operation, repr(value.number), own, *map(id, value.operands))
         kept[value] = first.setdefault(key, value)
         kept[value].name = kept[value].name or value.name
-
-
-def _candidates(name: str) -> Iterator[str]:
-    yield name
-    yield from (f"{name}_{number}" for number in itertools.count(2))

@@ -44,7 +44,7 @@ def _data_functions(program: Program) -> list[str]:
 def python_text(program: Program, name: str) -> str:
     """The module; its function takes numbers or arrays that broadcast."""
     printer = PythonPrinter(name)
-    parameters = ", ".join(argument.name for argument in program.arguments)
+    parameters = ", ".join(program.arguments)
     lines = [commented(program, "#"), "", "import numpy as np", ""]
     lines += _data_functions(program)
     lines += ["", broken(f"def {name}({parameters}):", "")]

@@ -129,7 +129,7 @@ def test_every_family_can_be_exported(family: str) -> None:
         roughness_rms_1=table["roughness_rms"],
     )
     wanted = formula.evaluate(conditions_of(state, Oil.load("fva3")))
-    given = [np.asarray(getattr(state, argument.name)) for argument in program.arguments]
+    given = [np.asarray(getattr(state, name)) for name in program.arguments]
     mu, lower, upper, flag = namespace["friction"](*given)
     for found, value in ((mu, wanted.mu), (lower, wanted.lower), (upper, wanted.upper)):
         np.testing.assert_allclose(found, value, rtol=1e-11)

@@ -86,7 +86,7 @@ def expected(name: str) -> Array:
 
 def columns(program: Program, name: str) -> Array:
     table = points(name)
-    return np.column_stack([table[argument.name] for argument in program.arguments])
+    return np.column_stack([table[argument] for argument in program.arguments])
 
 
 def agree(found: Array, name: str, tolerance: float = 1e-12) -> None:
@@ -215,7 +215,7 @@ def test_matlab_statement_by_statement(name: str) -> None:
         "choose": np.where,
         "larger": np.maximum,
         "smaller": np.minimum,
-        **dict(zip((a.name for a in program.arguments), columns(program, name).T, strict=True)),
+        **dict(zip(program.arguments, columns(program, name).T, strict=True)),
     }
     statements = matlab_statements(matlab_text(program, "friction"))
     assert len(statements) == len(program.steps) + len(program.coefficients)
@@ -260,7 +260,7 @@ def test_fmu_is_valid_and_gives_the_friction(kind: str, tmp_path: Path) -> None:
     if shutil.which("gcc") is None:
         pytest.skip("gcc is not installed")
     description, folder = fmpy.read_model_description(path), fmpy.extract(path, tmp_path / "unit")
-    assert [v.name for v in description.modelVariables if v.causality == "input"] == [a.name for a in program.arguments]
+    assert [v.name for v in description.modelVariables if v.causality == "input"] == list(program.arguments)
     fmu = (FMU2Slave if kind == "co-simulation" else FMU2Model)(
         guid=description.guid, unzipDirectory=folder, modelIdentifier="friction", instanceName="one"
     )
@@ -315,15 +315,15 @@ def test_oil_properties_as_arguments(tmp_path: Path) -> None:
     path = tmp_path / "friction.py"
     program = export_formula(formula_of(name), path, oil_arguments=True)
     assert program.oil is None
-    assert {a.name for a in program.arguments} & set(LUBRICANT_UNITS)
+    assert {*program.arguments} & set(LUBRICANT_UNITS)
     table = conditions_of(state(points(name)), Oil.load("75w90"))
-    found = python_function(path)(*(table[argument.name] for argument in program.arguments))
+    found = python_function(path)(*(table[argument] for argument in program.arguments))
     agree(np.column_stack(found), name)
 
 
 def test_beyond_the_laws_of_the_oil_there_is_no_value(tmp_path: Path) -> None:
     program = export_formula(formula_of("fva3_short"), tmp_path / "friction.py")
-    row = dict(zip((a.name for a in program.arguments), columns(program, "fva3_short")[0], strict=True))
+    row = dict(zip(program.arguments, columns(program, "fva3_short")[0], strict=True))
     function = python_function(tmp_path / "friction.py")
     for temperature in (500.0, 200.0, np.nan):
         mu, lower, upper, flag = function(**{**row, "temperature_oil": temperature})
