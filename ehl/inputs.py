@@ -287,6 +287,7 @@ MAX_SLIDING = 200.0  # [m/s]
 
 Thermal = Literal["off", "auto", "on"]
 Accuracy = Literal["fast", "standard", "reference"]
+TOLERANCE: dict[str, float] = {"fast": 0.05, "standard": 0.02, "reference": 0.01}  # relative, of mu
 
 
 class ModelInput(InputModel):
@@ -296,6 +297,11 @@ class ModelInput(InputModel):
     accuracy: Accuracy = "standard"
     friction_tolerance: Annotated[float, ValueRange("", ge=1e-4, le=0.5)] | None = None
     shortcuts: Literal["auto", "off"] = "auto"
+
+    @property
+    def tolerance(self) -> float:
+        """Required relative accuracy of mu [-]."""
+        return self.friction_tolerance or TOLERANCE[self.accuracy]
 
 
 _OF_LINE = (

@@ -16,7 +16,7 @@ from ehl.heat.conduction import PECLET_FLOOR, peclet_number
 from ehl.heat.estimate import carried_shear_heat
 from ehl.inputs import ContactProblem
 from ehl.result import ContactResult
-from ehl.rough.mixed import SHEAR_STRENGTH, TOLERANCE
+from ehl.rough.mixed import SHEAR_STRENGTH
 from ehl.rough.multilevel import ERROR_ALLOWED
 
 # reasons for which a result is rejected, independently of the residuals of the solver
@@ -66,8 +66,7 @@ def checked(result: ContactResult, problem: ContactProblem, *, rounds_left: bool
     reason = rejection_reason(result, problem)
     if reason:
         return ContactResult("failed", reason, iterations=result.iterations)
-    limits, model = list(limits_of(result, problem)), problem.model
-    tolerance = model.friction_tolerance or TOLERANCE[model.accuracy]
+    limits, tolerance = list(limits_of(result, problem)), problem.model.tolerance
     beyond, film = (
         float(sum(parts)) for parts in zip(*((limit.friction, limit.film) for limit in limits), strict=True)
     )

@@ -56,7 +56,7 @@ def single_grids(contact: LineContact, lubricant: Lubricant, counts: tuple[int, 
         started = time.process_time()
         grid = NodeGrid.of(grading, grading.points(2 * count - 1))
         level = solve_level(grid, near.scaled, transfer(level, grid))
-        values = numbers_of(level, film_shear(contact, lubricant)).as_array()[:3] * [height, height, 1.0]
+        values = np.multiply(numbers_of(level, film_shear(contact, lubricant))[:3], [height, height, 1.0])
         found.append((values, base + time.process_time() - started))
     return found
 

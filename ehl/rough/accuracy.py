@@ -2,14 +2,12 @@
 
 import math
 from dataclasses import dataclass, replace
-from typing import Literal
 
 from ehl.common.errors import ConvergenceError, InputError
+from ehl.inputs import TOLERANCE, Accuracy
 from ehl.line_contact import LineContact
 from ehl.rough.scaling import EXCHANGE_WINDOW, Settings, solved_length
 from ehl.rough.surfaces import RoughSurfaces
-
-Accuracy = Literal["fast", "standard", "reference"]
 
 BATCH = 2.0  # travel of the smallest batch of the mean [b]
 FRONT_STARTUP = 2.9  # until the roughness has filled the contact [b]
@@ -84,11 +82,11 @@ BOUND = 2.5  # multiple of the budget above which the plan is reduced (`reduced_
 LEVELS_MAX = 4  # meshes of one contact
 FINE_WINDOW = 8.0  # shortest window of the finer meshes, which supply differences only [b]
 
-# nodes per correlation length above and below a film ratio of 0.3, nodes per b when smooth, tolerance, windows [b]
-LEVELS: dict[str, tuple[float, float, float, float, float, float]] = {
-    "fast": (6.0, 10.0, 64.0, 0.05, 12.0, 96.0),
-    "standard": (12.0, 20.0, 128.0, 0.02, 12.0, 384.0),
-    "reference": (24.0, 40.0, 256.0, 0.01, 24.0, 768.0),
+# nodes per correlation length above and below a film ratio of 0.3, nodes per b when smooth, windows [b]
+LEVELS: dict[str, tuple[float, float, float, float, float]] = {
+    "fast": (6.0, 10.0, 64.0, 12.0, 96.0),
+    "standard": (12.0, 20.0, 128.0, 12.0, 384.0),
+    "reference": (24.0, 40.0, 256.0, 24.0, 768.0),
 }
 
 
@@ -123,8 +121,8 @@ def make_run_plan(
     number of nodes with shorter start-up and window.
     """
     level = level_of(accuracy)
-    tolerance = LEVELS[level][3] if isinstance(accuracy, str) else float(accuracy)
-    high, low, smooth, _, window_min, window_max = LEVELS[level]
+    tolerance = TOLERANCE[level] if isinstance(accuracy, str) else float(accuracy)
+    high, low, smooth, window_min, window_max = LEVELS[level]
     inlet = inlet_sweep(contact, max(film, SWEEP_FILM_MIN * surfaces.rms))
     sweep = PER_SWEEP[level] * inlet
     spacing, coarsest, batch = min(2.0 / smooth, sweep), math.inf, BATCH

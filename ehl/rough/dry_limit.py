@@ -20,7 +20,7 @@ from ehl.material import Material
 from ehl.rough import RoughSurfaces
 from ehl.rough.averaging import ONE_DRAW
 from ehl.rough.dry import DryContactResult, solve_dry, uniform_grid
-from ehl.rough.mixed import TOLERANCE, rough_surfaces
+from ehl.rough.mixed import rough_surfaces
 from ehl.rough.surfaces import sample_ring
 
 # tuned on solved contacts (validation/mixed_shortcuts.py): load share of the film at h = 0.04 h_boundary, its growth
@@ -70,7 +70,6 @@ def dry_limit(problem: ContactProblem, film: float, friction_film: float) -> Dry
     boundary_friction = surface.boundary_friction
     if model.shortcuts == "off" or contact.speed_sliding == 0.0 or boundary_friction == 0.0:
         return None
-    tolerance = model.friction_tolerance or TOLERANCE[model.accuracy]
     stiffening = problem.lubricant.alpha * contact.pressure_hertz
 
     def left_out(boundary: float) -> tuple[float, float]:
@@ -81,12 +80,12 @@ def dry_limit(problem: ContactProblem, film: float, friction_film: float) -> Dry
     if not surface.measured:
         # decided before any profile is generated
         unresolved = NODES_PER_LENGTH * 2.0 * REACH * contact.half_width > NODES_MAX * surface.correlation_length
-        if unresolved or left_out(surface.film_of_contact)[1] > 0.5 * tolerance:
+        if unresolved or left_out(surface.film_of_contact)[1] > 0.5 * model.tolerance:
             return None
     surfaces = rough_surfaces(surface, contact)
     boundary = surface.film_of_contact
     deficit, error = left_out(boundary)
-    if error > 0.5 * tolerance:
+    if error > 0.5 * model.tolerance:
         return None
     solved = [_dry_contact(contact, surfaces, problem.hardness, travel) for travel in MOMENTS]
     done = [result for result in solved if result is not None and result.status == "converged"]

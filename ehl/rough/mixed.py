@@ -190,7 +190,6 @@ SHEAR_STRENGTH = 1e9  # about the shear modulus of a glassy oil: a larger stress
 # tuned with the same script: error of mu by a subgrid film over its change with twice the cut-off; 0.05 to 2.4 in
 # fully resolved contacts
 OVER_CHANGE = 2.5
-TOLERANCE = {"fast": 0.05, "standard": 0.02, "reference": 0.01}
 
 
 def _viscous(stress_ratio: float) -> float:
@@ -209,8 +208,7 @@ def roughness_effect(film_ratio: float, stress_ratio: float = math.inf) -> float
 
 def roughness_matters(film_ratio: float, model: ModelInput, stress_ratio: float = math.inf) -> bool:
     """Whether the estimated effect of roughness on mu exceeds half the required tolerance."""
-    tolerance = model.friction_tolerance or TOLERANCE[model.accuracy]
-    return model.shortcuts == "off" or roughness_effect(film_ratio, stress_ratio) > 0.5 * tolerance
+    return model.shortcuts == "off" or roughness_effect(film_ratio, stress_ratio) > 0.5 * model.tolerance
 
 
 def film_stress_ratio(friction: float, contact: LineContact, lubricant: Lubricant) -> float:
@@ -364,8 +362,7 @@ def solve_mixed(
                 "running-in changes only Rq, not the shape of the peaks: the roughness is finer than the mesh",
             ),
         )
-    allowed = ERROR_ALLOWED * (model.friction_tolerance or TOLERANCE[model.accuracy])
-    if coarse.status == "converged" and coarse.friction_error <= allowed:
+    if coarse.status == "converged" and coarse.friction_error <= ERROR_ALLOWED * model.tolerance:
         return coarse
     if needed <= most:
         try:

@@ -19,6 +19,7 @@ from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 from ehl.elastic_shear import rubbing_friction
 from ehl.fluid.lubricant import Lubricant
+from ehl.inputs import Accuracy
 from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.rough._kernels.march import (
@@ -33,7 +34,7 @@ from ehl.rough._kernels.march import (
     TEMPERATURE_MAX,
 )
 from ehl.rough._kernels.newton import UNCONVERGED
-from ehl.rough.accuracy import SETTLING, Accuracy, RunPlan, make_run_plan, mesh_length, mesh_levels, with_overrides
+from ehl.rough.accuracy import SETTLING, RunPlan, make_run_plan, mesh_length, mesh_levels, with_overrides
 from ehl.rough.averaging import Window, film_jumped, net_exchange, realisation_error
 from ehl.rough.multilevel import ERROR_ALLOWED, MeshLevels, affordable, start_up
 from ehl.rough.run import TransientRun

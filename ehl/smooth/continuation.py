@@ -28,6 +28,16 @@ class PathReport:
 
     iterations: int = 0
 
+    def solved(self, grid: NodeGrid, scaled: ScaledContact, start: Unknowns, max_iterations: int = 40) -> Level:
+        """Solution on a grid; its iterations count, also those of a failure."""
+        try:
+            level = solve_level(grid, scaled, start, tolerance=1e-4, max_iterations=max_iterations)
+        except NewtonFailure as failure:
+            self.iterations += failure.iterations
+            raise
+        self.iterations += level.iterations
+        return level
+
 
 def refined(nodes: int, scaled: ScaledContact) -> int:
     """Nodes for a contact: very thin films (high load) require a mesh twice or four times as fine."""
@@ -69,13 +79,7 @@ def easy_start(scaled: ScaledContact, nodes: int, report: PathReport) -> tuple[L
     centre = int(np.argmin(np.abs(grid.nodes)))
     flow = 1.2 / load
     start = Unknowns(pressure, flow + float(grid.kernel[centre] @ pressure) / math.pi, flow, 1.0)
-    try:
-        level = solve_level(grid, easy, start, tolerance=1e-4)
-    except NewtonFailure as failure:
-        report.iterations += failure.iterations
-        raise
-    report.iterations += level.iterations
-    return level, easy
+    return report.solved(grid, easy, start), easy
 
 
 @lru_cache(maxsize=4)
@@ -134,15 +138,13 @@ def cold_path(scaled: ScaledContact, nodes: int, report: PathReport) -> Level:
             old = transfer(before, grid) if grid is not before.grid else before.unknowns
             start = _predicted(start, old, (goal - t) / (t - t_before))
         try:
-            new = solve_level(grid, target, start, tolerance=1e-4, max_iterations=14)
+            new = report.solved(grid, target, start, 14)
         except NewtonFailure as failure:
-            report.iterations += failure.iterations
             step, shortened = 0.4 * (goal - t), True
             before = None if failure.reason == "start_infeasible" else before
             if step < 2e-4:
                 raise NewtonFailure("path_stalled", report.iterations) from None
             continue
-        report.iterations += new.iterations
         before, t_before = level, t
         level, t, shortened = new, goal, False
         step *= 2.0 if new.iterations <= 4 else (1.3 if new.iterations <= 7 else 0.8)
@@ -151,10 +153,4 @@ def cold_path(scaled: ScaledContact, nodes: int, report: PathReport) -> Level:
 
 def from_neighbour(neighbour: Level, scaled: ScaledContact, report: PathReport) -> Level:
     """Solution on the grid of a neighbouring contact, with its unknowns as the initial guess."""
-    try:
-        level = solve_level(neighbour.grid, scaled, neighbour.unknowns, tolerance=1e-4, max_iterations=12)
-    except NewtonFailure as failure:
-        report.iterations += failure.iterations
-        raise
-    report.iterations += level.iterations
-    return level
+    return report.solved(neighbour.grid, scaled, neighbour.unknowns, 12)

@@ -26,6 +26,7 @@ from ehl.smooth.newton import (
     NewtonFactors,
     NewtonFailure,
     NodeGrid,
+    Numbers,
     Unknowns,
     numbers_of,
     solve_level,
@@ -208,7 +209,7 @@ class HotFilm:
 
     def _settled(self, level: Level, mixer: Mixer, tolerance: float, regraded: bool = False) -> Level:
         """Iterate until friction and film change by less than the tolerance, with regrading if requested."""
-        numbers, guess = numbers_of(level, self.shear).as_array(), self._guess_at(level.x)
+        numbers, guess = numbers_of(level, self.shear), self._guess_at(level.x)
         if level is not self._level:
             self.change, self._last = (math.inf, math.inf), math.inf
         elif max(self.change) <= tolerance:
@@ -230,7 +231,7 @@ class HotFilm:
                     raise
                 # no further film solution exists near this one: accept it with the change that is left
                 break
-            before, numbers = numbers, numbers_of(level, self.shear).as_array()
+            before, numbers = numbers, numbers_of(level, self.shear)
             # changes scaled to a full step
             friction, films = _changes(before, numbers)
             whole = RELAXATION / (mixer.relaxation * mixer.part)
@@ -246,7 +247,7 @@ class HotFilm:
                 mixer = mixer.on_nodes(_nodes(grid, start))
                 level = self._film(grid, mixer, start)
                 guess = self._guess_at(level.x)
-                numbers = numbers_of(level, self.shear).as_array()
+                numbers = numbers_of(level, self.shear)
             elif max(self.change) <= tolerance:
                 break
         if max(self.change) > ACCEPTED_CHANGE:
@@ -302,10 +303,11 @@ def _nodes(grid: NodeGrid, unknowns: Unknowns) -> FloatArray:
     return grid.grading.x_in + unknowns.stretch * (grid.nodes - grid.grading.x_in)
 
 
-def _changes(before: FloatArray, after: FloatArray) -> tuple[float, float]:
+def _changes(before: Numbers, after: Numbers) -> tuple[float, float]:
     """Relative change of friction and the larger one of both films."""
 
     def change(a: float, b: float) -> float:
         return abs(a - b) / b if b > 0.0 else 0.0
 
-    return change(before[2], after[2]), max(change(before[0], after[0]), change(before[1], after[1]))
+    films = change(before.film_central, after.film_central), change(before.film_min, after.film_min)
+    return change(before.friction, after.friction), max(films)

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -166,8 +167,7 @@ class FilmShear:
         return np.asarray(_kernels.stresses(pressure, film, log_eta, self.rate, *self.numbers))
 
 
-@dataclass(frozen=True)
-class Numbers:
+class Numbers(NamedTuple):
     """Dimensionless outputs of one level, or their errors."""
 
     film_central: float
@@ -177,11 +177,6 @@ class Numbers:
     flow: float
     exit: float
     rolling: float
-
-    def as_array(self) -> FloatArray:
-        """Outputs as an array, in this order."""
-        values = (self.film_central, self.film_min, self.friction, self.pressure_max, self.flow, self.exit)
-        return np.array([*values, self.rolling])
 
 
 def numbers_of(level: Level, shear: FilmShear) -> Numbers:

@@ -1,18 +1,17 @@
 """Re-grading, nested grids and Richardson extrapolation with error estimates."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
-from typing import Literal
+from dataclasses import dataclass
 
 import numpy as np
 
 from ehl.common.arrays import FloatArray
+from ehl.inputs import Accuracy
 from ehl.smooth.continuation import PathReport, features_of_level, grid_for, refined, transfer
 from ehl.smooth.mesh import grade
 from ehl.smooth.newton import FilmShear, Level, NewtonFailure, NodeGrid, Numbers, Unknowns, numbers_of, solve_level
 from ehl.smooth.scaling import ScaledContact
 
-Accuracy = Literal["fast", "standard", "reference"]
 LevelSolver = Callable[[NodeGrid, Unknowns], Level]
 
 # nodes of the coarsest nested grid, error estimate above which a finer grid is added, and the largest number of nodes
@@ -129,7 +128,7 @@ def nested(
         report.iterations += level.iterations
         levels.append(level)
         if len(levels) >= 3:
-            last = [numbers_of(level, shear).as_array() for level in levels[-3:]]
+            last = [np.array(numbers_of(level, shear)) for level in levels[-3:]]
             limit = extrapolate(last, levels[-3].x.size, hot=solve is not None)
             if np.all(limit.relative()[:3] < TOLERANCE[accuracy]):
                 break
@@ -143,10 +142,10 @@ def nested(
 def rounding_errors(scaled: ScaledContact, near: Level, shear: FilmShear, report: PathReport) -> FloatArray:
     """Error of the outputs by the rounding of the spike, from a solution with three times the rounding."""
     if near.scaled.gamma == scaled.gamma:
-        return np.zeros(len(fields(Numbers)))
+        return np.zeros(len(Numbers._fields))
     more = solve_level(near.grid, scaled.rounded(3.0), near.unknowns, tolerance=1e-4)
     report.iterations += more.iterations
-    return 2.0 * np.abs(numbers_of(more, shear).as_array() - numbers_of(near, shear).as_array())
+    return 2.0 * np.abs(np.subtract(numbers_of(more, shear), numbers_of(near, shear)))
 
 
 def _check(level: Level) -> None:

@@ -21,10 +21,11 @@ from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 from ehl.common.threads import single_thread
 from ehl.fluid.lubricant import Lubricant
+from ehl.inputs import Accuracy
 from ehl.line_contact import LineContact
 from ehl.smooth.continuation import HARD_NODES, PATH_NODES, PathReport, cold_path, from_neighbour, refined
-from ehl.smooth.newton import FilmShear, Level, NewtonFailure, friction_inlet, numbers_of
-from ehl.smooth.refine import COARSEST, Accuracy, GridLimit, nested, rounding_errors, settled
+from ehl.smooth.newton import FilmShear, Level, NewtonFailure, Numbers, friction_inlet, numbers_of
+from ehl.smooth.refine import COARSEST, GridLimit, nested, rounding_errors, settled
 from ehl.smooth.scaling import ScaledContact, scaled_contact
 
 REASONS = (
@@ -106,7 +107,7 @@ def solve_steady(
         raise InputError("accuracy", accuracy, ", ".join(COARSEST))
     report = PathReport()
     if contact.speed_entrainment == 0.0:
-        return _failed("no_entrainment", report, ())
+        return _failed("no_entrainment", report, [])
     scaled = scaled_contact(contact, lubricant)
     shear = film_shear(contact, lubricant)
     fallbacks: list[str] = []
@@ -122,8 +123,8 @@ def solve_steady(
         except NewtonFailure as failure:
             reason = failure.reason
         else:
-            return steady_result(contact, scaled, shear, levels, limit, near, report, tuple(dict.fromkeys(fallbacks)))
-    return _failed(reason, report, tuple(dict.fromkeys(fallbacks)))
+            return steady_result(contact, shear, levels, limit, near, report, fallbacks)
+    return _failed(reason, report, fallbacks)
 
 
 def coarse_film(contact: LineContact, lubricant: Lubricant, report: PathReport) -> tuple[Level, str] | None:
@@ -175,23 +176,21 @@ def film_shear(contact: LineContact, lubricant: Lubricant) -> FilmShear:
 
 def steady_result(
     contact: LineContact,
-    scaled: ScaledContact,
     shear: FilmShear,
     levels: list[Level],
     limit: GridLimit,
     near: Level,
     report: PathReport,
-    fallbacks: tuple[str, ...],
+    fallbacks: list[str],
 ) -> SteadyResult:
     """Result in SI units from the levels of a contact and their grid limit."""
-    values, relative = limit.values, limit.relative()
+    values, relative = Numbers(*limit.values.tolist()), Numbers(*limit.relative().tolist())
     fine = levels[-1]
-    friction, friction_error = float(values[2]), float(relative[2])
+    friction, friction_error = values.friction, relative.friction
     if friction < 0.0:  # extrapolated shear of an unresolved Newtonian spike
         friction, friction_error = numbers_of(fine, shear).friction, 1.0
     b, p_h = contact.half_width, contact.pressure_hertz
     height = b * b / contact.radius_equivalent
-    skipped = ["heat: isothermal"] if scaled.offset is None else []
     return SteadyResult(
         status="converged",
         reason="",
@@ -199,32 +198,33 @@ def steady_result(
         pressure=p_h * fine.unknowns.pressure,
         film=height * fine.film,
         shear_stress=p_h * shear.stress_at(fine.log_eta, fine.film, fine.unknowns.pressure),
-        film_central=height * float(values[0]),
-        film_min=height * float(values[1]),
+        film_central=height * values.film_central,
+        film_min=height * values.film_min,
         friction_fluid=friction,
-        pressure_max=p_h * float(values[3]),
-        flow=height * float(values[4]),
-        rolling_traction=b / contact.radius_equivalent * float(values[6]),
-        film_central_error=float(relative[0]),
-        film_min_error=float(relative[1]),
+        pressure_max=p_h * values.pressure_max,
+        flow=height * values.flow,
+        rolling_traction=b / contact.radius_equivalent * values.rolling,
+        film_central_error=relative.film_central,
+        film_min_error=relative.film_min,
         friction_error=friction_error,
-        pressure_max_error=float(relative[3]),
+        pressure_max_error=relative.pressure_max,
         iterations=report.iterations,
         nodes=fine.x.size,
         mass_residual=fine.mass_residual,
         load_residual=fine.load_residual,
-        fallbacks=fallbacks,
-        skipped=tuple(skipped),
+        fallbacks=tuple(dict.fromkeys(fallbacks)),
+        skipped=("heat: isothermal",) if fine.scaled.offset is None else (),
         x_inlet=b * friction_inlet(fine),
-        x_exit=b * float(values[5]),
+        x_exit=b * values.exit,
         coarse=near,
     )
 
 
-def _failed(reason: str, report: PathReport, fallbacks: tuple[str, ...]) -> SteadyResult:
+def _failed(reason: str, report: PathReport, fallbacks: list[str]) -> SteadyResult:
     """Result without a solution: zeros with infinite errors."""
     empty = np.zeros(0)
     return SteadyResult(
         "failed", reason, empty, empty, empty, empty, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
-        math.inf, math.inf, math.inf, math.inf, report.iterations, 0, math.inf, math.inf, 0.0, 0.0, fallbacks,
+        math.inf, math.inf, math.inf, math.inf, report.iterations, 0, math.inf, math.inf, 0.0, 0.0,
+        tuple(dict.fromkeys(fallbacks)),
     )  # fmt: skip

@@ -16,16 +16,15 @@ import numpy as np
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat.estimate import ThermalEstimate, estimate_thermal_effect
 from ehl.heat.traction import ThermalTraction, traction_of
+from ehl.inputs import Accuracy, Thermal
 from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.smooth.continuation import PathReport
 from ehl.smooth.hot_film import HeatModel, HotFilm
 from ehl.smooth.newton import Level, NewtonFailure, numbers_of
-from ehl.smooth.refine import Accuracy, GridLimit, nested, rounding_errors
+from ehl.smooth.refine import GridLimit, nested, rounding_errors
 from ehl.smooth.scaling import Offset, ScaledContact, scaled_contact
 from ehl.smooth.solver import ROUNDED, SteadyResult, coarse_film, film_shear, solve_steady, steady_result, undisturbed
-
-Thermal = Literal["auto", "on", "off"]
 
 # tolerance on the change of friction and film in further rounds
 ROUND_TOLERANCE: dict[str, float] = {"fast": 1e-3, "standard": 2e-4, "reference": 2e-5}
@@ -193,13 +192,11 @@ def _solved(
         near = hot.started(cold, offset)
         levels, limit = nested(near, shear, accuracy, PathReport(), fallbacks, hot.solved)
         if fallbacks[:1] == [ROUNDED]:  # the error of rounding is that of the isothermal film, which is available
-            blunt = GridLimit(numbers_of(cold, shear).as_array(), rounding_errors(scaled, cold, shear, report))
+            blunt = GridLimit(np.array(numbers_of(cold, shear)), rounding_errors(scaled, cold, shear, report))
             limit = replace(limit, errors=limit.errors + blunt.relative() * np.abs(limit.values))
     finally:
         report.iterations += hot.iterations
-    return steady_result(
-        contact, levels[-1].scaled, shear, levels, limit, near, report, tuple(dict.fromkeys(fallbacks))
-    )
+    return steady_result(contact, shear, levels, limit, near, report, fallbacks)
 
 
 def isothermal_fallback(smooth: SmoothFilm) -> SmoothFilm:

@@ -24,10 +24,10 @@ import ehl.rough.mixed
 from ehl.common.errors import InputError
 from ehl.common.validation import validate
 from ehl.contact import Contact
+from ehl.inputs import TOLERANCE
 from ehl.result import ContactResult
 from ehl.rough import TransientResult, solve_transient
 from ehl.rough.accuracy import BUDGET
-from ehl.rough.mixed import TOLERANCE
 from ehl.validity import friction_above_limit_temperature
 
 MODULUS = 2.264e11

@@ -24,7 +24,7 @@ def raw_values(contact, lubricant, counts):
     for count in counts:
         grid = NodeGrid.of(grading, grading.points(2 * count - 1))
         level = solve_level(grid, scaled, transfer(level, grid))
-        values.append(numbers_of(level, film_shear(contact, lubricant)).as_array()[:4])
+        values.append(numbers_of(level, film_shear(contact, lubricant))[:4])
     return np.array(values)
 
 
