@@ -1,5 +1,6 @@
 """A friction law of one line in place of the contact solver, so that statistics of calibration take seconds."""
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -8,7 +9,7 @@ from numpy.typing import NDArray
 
 from ehl.fluid.oil import Oil
 from ehl.line_contact import moes_1992
-from regression.calibration.prediction import FrictionSolver, FrozenFilm, log_moes_film
+from regression.calibration.prediction import FrictionSolver, FrozenFilm
 from regression.calibration.setup import card_with, lubricant_of
 
 Array = NDArray[np.float64]
@@ -36,7 +37,7 @@ class OneLineSolver(FrictionSolver):
                     share = float(np.exp(-film / values.get("boundary_film", 2e-8))) if self.roughness[row] else 0.0
                     out[k, row] = (1.0 - share) * float(stress[0] / mean[0]), share, 0.0
                     rest = np.log(np.array([contact.speed_sliding / film]))
-                    films.append(FrozenFilm(mean, rest, 1.0 / mean, log_moes_film(contact, oil)))
+                    films.append(FrozenFilm(mean, rest, 1.0 / mean, math.log(contact.film_moes(oil))))
             if k == 0:
                 self.films = dict(enumerate(films))
         self.calls += len(sets) * self.roughness.size

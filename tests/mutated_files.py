@@ -43,8 +43,8 @@ from ehl.fluid.oil import Oil
 from ehl.material import Material
 from ehl.surface.finish import Additive, _FinishFile
 from ehl.surface.measured_profile import load_profile
+from regression.calibration.calibrate import setup_of
 from regression.calibration.measurement import read_measurement
-from regression.calibration.setup import load_setup
 from regression.data.result_files import merge, read_file
 from regression.friction.fitted import _checksum
 from regression.friction.models import FrictionFlag
@@ -225,7 +225,7 @@ def kinds(folder: Path) -> dict[str, Kind]:
         "formula": Kind(".json", formulas, _formula, _formula_checksum),
         "calibration data": Kind(".csv", [calibration.read_bytes()], lambda path: read_measurement(path, fixed)),
         "calibration workbook": Kind(".xlsx", [_workbook(traction)], lambda path: read_measurement(path, fixed)),
-        "calibration setup": Kind(".toml", [setup], lambda path: load_setup(path, {})),
+        "calibration setup": Kind(".toml", [setup], setup_of),
         "design": Kind(".toml", _bevel_designs(), load_design),
         "blank": Kind(".toml", _shipped("blanks"), _blank),
         "targets": Kind(".toml", _shipped("targets"), lambda path: validate(SettingsInput, read_toml(path))),

@@ -25,7 +25,7 @@ from ehl.common.quantities import quantity, si_unit
 from ehl.common.runner import checked_jobs
 from ehl.common.threads import one_thread
 from ehl.common.units import KELVIN
-from ehl.common.validation import validate
+from ehl.common.validation import read_toml, validate
 from ehl.fluid.oil import Oil
 from regression.calibration import robust
 from regression.calibration.determination import (
@@ -42,7 +42,7 @@ from regression.calibration.measurement import Measurement, read_measurement
 from regression.calibration.prediction import FrictionSolver, contact_groups, line_pressure
 from regression.calibration.robust import Noise, noise_of
 from regression.calibration.search import Fit, Target, best_start, search
-from regression.calibration.setup import CalibrationSetup, load_setup, start_values
+from regression.calibration.setup import RISING, SURFACE, CalibrationSetup, start_values
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -160,9 +160,9 @@ class Calibration(Reportable):
 
     def use_lines(self, path: str | PathLike[str]) -> list[str]:
         """Lines of an input file for the card at this path and the calibrated surface values."""
-        from regression.calibration.report import use_lines
-
-        return use_lines(Path(path), self)
+        law = '  eyring_stress_law = "pressure"' if self.setup.rising else ""
+        surface = [f"{name} = {self.values[name]:.4g}" for name in SURFACE if name in self.fitted]
+        return [f'[lubricant]  oil = "{Path(path)}"{law}', *(["[surface]  " + "  ".join(surface)] if surface else [])]
 
     def to_frame(self) -> pd.DataFrame:
         """One row per parameter: name, unit, status, value, standard error of ln(value), 95 % interval, note."""
@@ -217,12 +217,12 @@ def check_information(measurement: Measurement, setup: CalibrationSetup) -> None
         raise InputError(measurement.name, f"{measurement.size} rows", f"more than {len(setup.parameters)} rows", hint)
     if not (c["slide_to_roll"] != 0.0).any():
         raise InputError(f"{measurement.name}, column slide_to_roll", 0.0, "sliding", "Pure rolling has no friction.")
-    for name in ("boundary_friction", "boundary_film"):
+    for name in SURFACE:
         if name in setup.parameters and not (c["roughness_rms"] > 0.0).any():
             hint = "Give roughness_rms as a column or under [conditions], or remove the parameter."
             raise InputError("parameters", name, "parameters of smooth contacts, as no roughness is given", hint)
     pressure = line_pressure(measurement, setup)
-    if set(setup.parameters) >= {"stress_low", "stress_slope"} and np.ptp(pressure) < 0.1 * pressure.mean():
+    if set(setup.parameters) >= set(RISING) and np.ptp(pressure) < 0.1 * pressure.mean():
         hint = "Measure at a second pressure, or fit eyring_stress alone."
         raise InputError("parameters", "stress_slope", "parameters that can be identified at one pressure", hint)
 
@@ -390,7 +390,8 @@ def setup_of(
     given = {name: value for name, value in changes.items() if value}
     if isinstance(setup, Mapping):
         return validate(CalibrationSetup, {**setup, **given}, "setup")
-    return load_setup(Path(setup), given)
+    path = Path(setup)
+    return validate(CalibrationSetup, read_toml(path, "setup") | given, path.name)
 
 
 def _profiles(solver: FrictionSolver, names: tuple[str, ...], target: Target, *, wanted: bool | None) -> bool:

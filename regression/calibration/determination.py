@@ -77,7 +77,7 @@ def least_identifiable(fit: Fit, found: Determination, width: FloatArray) -> str
 
 
 def why_not_identifiable(
-    name: str, fit: Fit, found: Determination, quantile: float, interval: ParameterInterval | None = None
+    name: str, fit: Fit, found: Determination, quantile: float, interval: ParameterInterval
 ) -> str:
     """Reason why a parameter is not identifiable."""
     j = fit.names.index(name)
@@ -85,7 +85,7 @@ def why_not_identifiable(
     if quantile * found.alone[j] > IDENTIFIABLE:
         width = _factor(quantile * found.alone[j])
         return f"the friction of these rows hardly depends on it; 95 % interval if the others are known: factor {width}"
-    if interval is not None and math.isfinite(interval.low) != math.isfinite(interval.high):
+    if math.isfinite(interval.low) != math.isfinite(interval.high):
         least = math.isfinite(interval.low)
         end = quantity(name).text(math.exp(interval.low if least else interval.high), 3)
         return f"the data give only {'a lower' if least else 'an upper'} limit of {end} (95 %)"

@@ -8,24 +8,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl import inputs
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 from ehl.common.files import read_bytes
 from ehl.common.table_reader import numbered_table
-from ehl.common.units import ValueRange, value_range
-from ehl.fluid.viscosity import Temperature
+from ehl.common.units import ValueRange
+from ehl.common.validation import value_range_of
+from regression.calibration.setup import ConditionsInput
 
-CONDITIONS: dict[str, ValueRange] = {
-    "pressure_hertz": value_range(inputs.Pressure),
-    "load": ValueRange("N", gt=0.0, le=1e7),
-    "load_per_length": value_range(inputs.LoadPerLength),
-    "radius_equivalent": value_range(inputs.Radius),
-    "speed_entrainment": value_range(inputs.Speed),
-    "slide_to_roll": value_range(inputs.SlideToRoll),
-    "temperature_oil": value_range(Temperature),
-    "roughness_rms": value_range(inputs.Rms),
-}
+CONDITIONS = {name: value_range_of(ConditionsInput, name) for name in ConditionsInput.model_fields}
 LOADS = ("pressure_hertz", "load", "load_per_length")
 NEEDED = ("radius_equivalent", "speed_entrainment", "slide_to_roll", "temperature_oil")
 MEASURED: dict[str, ValueRange] = {

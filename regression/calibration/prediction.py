@@ -10,7 +10,6 @@ Rows of a measured table as contacts of the solver, in groups for warm starts.
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import compress
@@ -33,7 +32,7 @@ from ehl.result import ContactResult
 from ehl.sequence import solve_path
 from ehl.solve import solve_contact
 from regression.calibration.measurement import CONDITIONS, Measurement
-from regression.calibration.setup import CalibrationSetup, card_with, lubricant_of
+from regression.calibration.setup import SURFACE, CalibrationSetup, card_with, lubricant_of
 
 # mean over maximum pressure: 2/3 of an ellipsoid, pi/4 of a half cylinder
 MEAN_POINT, MEAN_LINE = 2.0 / 3.0, math.pi / 4.0
@@ -156,7 +155,6 @@ Values = Mapping[str, float]
 
 # lower bounds for the transformed parts, ln(s/(1 - s)) of shares and ln mu of friction
 MIN_SHARE, MIN_FRICTION = 1e-5, 1e-9
-_SURFACE = ("boundary_friction", "boundary_film")  # surface inputs among the parameters
 PARTS = 3  # film friction; asperity share; relative error of the friction
 
 
@@ -176,17 +174,12 @@ class FrozenFilm:
 
     def log_friction(self, contact: LineContact, lubricant: Lubricant) -> float:
         """ln of the friction coefficient with another lubricant."""
-        film = log_moes_film(contact, lubricant)
+        film = math.log(contact.film_moes(lubricant))
         log_viscosity = math.log(lubricant.viscosity_inlet) + lubricant.log_viscosity_ratio(self.pressure)
         law = lubricant.shear_law
         stress = np.exp(law.log_stress(log_viscosity + self.log_shear_rate - (film - self.log_film), self.pressure)[0])
         friction = float(self.weight @ np.minimum(stress, law.limiting_stress(self.pressure)))
         return math.log(max(friction, 1e-300))
-
-
-def log_moes_film(contact: LineContact, lubricant: Lubricant) -> float:
-    """ln of the central film of Moes (1992) [m]."""
-    return math.log(contact.film_moes(lubricant))
 
 
 def frozen_film(result: ContactResult, contact: LineContact, lubricant: Lubricant) -> FrozenFilm | None:
@@ -199,7 +192,7 @@ def frozen_film(result: ContactResult, contact: LineContact, lubricant: Lubrican
     hotter = np.zeros_like(x) if result.heat is None else np.interp(x, result.heat.x, result.heat.log_viscosity_offset)
     rest = np.log(contact.speed_sliding / film.film) + hotter
     weight = np.gradient(x) / contact.load_per_length
-    return FrozenFilm(pressure[inside], rest[inside], weight[inside], log_moes_film(contact, lubricant))
+    return FrozenFilm(pressure[inside], rest[inside], weight[inside], math.log(contact.film_moes(lubricant)))
 
 
 def _parts(result: ContactResult) -> tuple[float, float, float]:
@@ -268,7 +261,6 @@ class FrictionSolver:
     temperature: float  # reference temperature of `pressure_viscosity` [K]
     jobs: int | None = None  # worker processes
     calls: int = 0  # contacts solved so far
-    seconds: float = 0.0  # their wall time
     _known: dict[tuple[float, ...], FloatArray] = field(default_factory=dict, repr=False)
     films: dict[int, FrozenFilm] = field(default_factory=dict, repr=False)  # last solved film of each row
     windows: dict[int, float] = field(default_factory=dict, repr=False)  # averaging window of each rough row [b]
@@ -296,7 +288,6 @@ class FrictionSolver:
         return np.array([self._known[key][:, :PARTS] for key in keys])
 
     def _solve(self, sets: Sequence[Values], keys: Sequence[tuple[float, ...]], wanted: BoolArray) -> None:
-        clock = time.perf_counter()
         bodies = (self.setup.solid_1.body(), self.setup.solid_2.body())
         cards = [card_with(Oil.load(self.setup.oil), values, self.temperature) for values in sets]
         groups = [part for part in (group.only(wanted) for group in self.groups) if part.rows]
@@ -305,7 +296,7 @@ class FrictionSolver:
             lubricants = [
                 [lubricant_of(card, t, rising=self.setup.rising) for t in group.temperatures] for card in cards
             ]
-            surfaces = [{name: values[name] for name in _SURFACE if name in values} for values in sets]
+            surfaces = [{name: values[name] for name in SURFACE if name in values} for values in sets]
             inputs = list(zip(lubricants, surfaces, strict=True))
             windows = tuple(self.windows.get(row) for row in group.rows) if self.windows else ()
             tasks.append((group, inputs, self.setup.model, bodies, windows))
@@ -318,7 +309,6 @@ class FrictionSolver:
             self.films = self.films | {row: film for row, film in zip(group.rows, films, strict=True) if film}
             for key, of_set in zip(keys, parts, strict=True):
                 self._known[key][list(group.rows)] = np.column_stack([of_set, np.ones(len(group.rows))])
-        self.seconds += time.perf_counter() - clock
 
     def held(self, values: Values, films: Mapping[int, FrozenFilm]) -> FloatArray:
         """Transformed parts at fixed films, shape (n, 2), up to a constant for each row; 0 without films."""

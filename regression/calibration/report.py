@@ -6,7 +6,6 @@ import datetime
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,19 +13,18 @@ import numpy as np
 from ehl import SOLVER
 from ehl.common.figures import new_figure
 from ehl.common.notes import Note
-from ehl.common.quantities import axis_label, quantities, to_display
+from ehl.common.quantities import axis_label, quantity, to_display
 from ehl.common.sections import Head, KeyFigures, MainResult, Medium, Notes, Picture, Section, Text
 from ehl.common.table import Column, Table
 from ehl.fluid.oil import CalibratedValue, CalibrationRecord, Oil
 from ehl.uncertainty.result import score_of
 from regression.calibration.calibrate import Calibration, reference_temperature
 from regression.calibration.measurement import Measurement
-from regression.calibration.setup import RISING, CalibrationSetup, card_with
+from regression.calibration.setup import RISING, SURFACE, CalibrationSetup, card_with
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-SURFACE = ("boundary_friction", "boundary_film")
 # standard deviation of the card for each fitted value of the oil
 OF_CARD = {
     **dict.fromkeys(("eyring_stress", *RISING), "eyring_stress"),
@@ -109,13 +107,6 @@ def _geometry_words(setup: CalibrationSetup) -> str:
     return f"point contact, solved as a line contact of the same {specimens.match.replace('_', ' ')}"
 
 
-def use_lines(path: Path, result: Calibration) -> list[str]:
-    """Lines of an input file that use the calibrated values."""
-    lines = [f'[lubricant]  oil = "{path}"' + ('  eyring_stress_law = "pressure"' if result.setup.rising else "")]
-    surface = [f"{name} = {result.values[name]:.4g}" for name in SURFACE if name in result.fitted]
-    return lines + (["[surface]  " + "  ".join(surface)] if surface else [])
-
-
 # possible abscissae of a curve
 _OVER = ("slide_to_roll", "speed_entrainment", "pressure_hertz", "load", "load_per_length", "temperature_oil")
 MAX_LABELS = 10
@@ -176,12 +167,6 @@ def _varies(measurement: Measurement, rows: list[int]) -> str:
     return max(ratios, key=lambda name: ratios[name])
 
 
-def label_of(name: str) -> str:
-    """Label of a parameter."""
-    known = quantities().get(name)
-    return name.replace("_", " ") if known is None else known.label
-
-
 def parameter_table(result: Calibration) -> Table:
     """Fitted values with their intervals and start values."""
     how = "profile on the solver" if result.profiled else "standard errors"
@@ -191,7 +176,7 @@ def parameter_table(result: Calibration) -> Table:
         ("", *(estimate.name for estimate in result.parameters)),
         [*rows, ("status", *(estimate.status for estimate in result.parameters))],
         title=f"calibrated parameters (95 % intervals by {how})",
-        notes=[f"{label_of(e.name)}: {e.note}." for e in result.parameters if e.status != "determined"],
+        notes=[f"{quantity(e.name).label}: {e.note}." for e in result.parameters if e.status != "determined"],
         vertical=True,
     )
 
@@ -200,10 +185,10 @@ def correlation_tables(result: Calibration) -> list[Table]:
     """Correlation of the logarithms of the fitted parameters; none for a single one."""
     if len(result.fitted) < 2:
         return []
-    rows = [(label_of(name), *row) for name, row in zip(result.fitted, result.correlation, strict=True)]
-    heads = (Column(name, of="correlation", label=label_of(name), digits=2) for name in result.fitted)
-    columns = [Column("parameter"), *heads]
-    return [Table(columns, rows, title="correlation of the logarithms")]
+    labels = {name: quantity(name).label for name in result.fitted}
+    rows = [(label, *row) for label, row in zip(labels.values(), result.correlation, strict=True)]
+    heads = (Column(name, of="correlation", label=label, digits=2) for name, label in labels.items())
+    return [Table(["parameter", *heads], rows, title="correlation of the logarithms")]
 
 
 def calibration_sections(result: Calibration, medium: Medium) -> list[Section]:
@@ -214,19 +199,15 @@ def calibration_sections(result: Calibration, medium: Medium) -> list[Section]:
         return [Section("", [*tables, *map(Text, _lines(result))])]
     if medium == "files":
         return [Section("", [head, *tables])]
-    known = quantities()
-    determined = [estimate for estimate in result.parameters if estimate.status == "determined"]
-    tiles = [
-        (
-            known[e.name].text(e.value, 3),
-            f"{label_of(e.name)}, 95 % interval {known[e.name].span(e.interval_low, e.interval_high)}",
-        )
-        for e in determined
-        if e.name in known
-    ]
+    tiles = []
+    for e in result.parameters:
+        if e.status == "determined":
+            shown = quantity(e.name)
+            interval = shown.span(e.interval_low, e.interval_high)
+            tiles.append((shown.text(e.value, 3), f"{shown.label}, 95 % interval {interval}"))
     misfit = (f"{result.misfit:.2g}", f"misfit of mu (RMS), {result.misfit / result.noise:.2g} times its noise")
     answer = MainResult(
-        f"{len(determined)} of {len(result.parameters)}",
+        f"{len(tiles)} of {len(result.parameters)}",
         "parameters determined by these data",
         [misfit, (_share(result.solver_error), "largest numerical error of the solver")],
     )
@@ -235,7 +216,7 @@ def calibration_sections(result: Calibration, medium: Medium) -> list[Section]:
         Section("", [head, answer, *([KeyFigures(tiles)] if tiles else []), Notes(_notes(result))]),
         Section("Measured and computed", [curves]),
         Section("Parameters", [replace(tables[0], notes=()), *tables[1:]]),
-        Section("How it was computed", [Text(_how(result))]),
+        Section("How it was computed", [Text(f"Initial oil card: {result.setup.oil}. {_cost(result)}.")]),
     ]
 
 
@@ -251,12 +232,11 @@ def _lines(result: Calibration) -> list[str]:
     if result.excluded:
         lines.append(f"not used (no sliding, or no solution): rows {', '.join(map(str, result.excluded))} of the file")
     lines += [f"note: {note}" for note in result.notes]
-    return [*lines, f"{result.solver_calls} contacts solved in {result.iterations} rounds, {result.seconds:.1f} s"]
+    return [*lines, _cost(result)]
 
 
-def _how(result: Calibration) -> str:
-    solved = f"{result.solver_calls} contacts solved in {result.iterations} rounds, {result.seconds:.1f} s"
-    return f"Initial oil card: {result.setup.oil}. {solved}."
+def _cost(result: Calibration) -> str:
+    return f"{result.solver_calls} contacts solved in {result.iterations} rounds, {result.seconds:.1f} s"
 
 
 def _share(value: float) -> str:
@@ -267,7 +247,7 @@ def _notes(result: Calibration) -> list[Note]:
     """Notes of a calibration, the most severe first."""
     found = [] if result.misfit_credible else [Note("warning", f"no parameter is determined: {result.misfit_words()}")]
     found += [
-        Note("warning", f"{label_of(e.name)} is not determined: {e.note}")
+        Note("warning", f"{quantity(e.name).label} is not determined: {e.note}")
         for e in result.parameters
         if e.status != "determined"
     ]

@@ -6,7 +6,6 @@ Parameters of a calibration: meaning, bounds, and the oil card with new values.
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, Self
 
 from pydantic import BeforeValidator, Field, model_validator
@@ -14,7 +13,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from ehl import inputs
 from ehl.common.errors import InputError
 from ehl.common.units import KELVIN, ValueRange
-from ehl.common.validation import InputModel, in_any_case, read_toml, validate
+from ehl.common.validation import InputModel, in_any_case
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
 from ehl.fluid.oil_laws import GoldAlpha, ModulusAlpha, TabulatedAlpha
@@ -45,22 +44,7 @@ PARAMETERS = {
     "boundary_friction": Bounds(0.01, 0.5),
 }
 RISING = ("stress_low", "stress_slope")
-EXCLUSIVE = {"eyring_stress": RISING}
-
-
-def check_parameters(names: tuple[str, ...]) -> None:
-    """Check that parameters exist and do not exclude each other."""
-    if not names:
-        raise InputError("parameters", "none", "at least one of " + ", ".join(PARAMETERS))
-    for name in names:
-        if name not in PARAMETERS:
-            raise InputError("parameters", name, "one of " + ", ".join(PARAMETERS))
-        if names.count(name) > 1:
-            raise InputError("parameters", name, "each parameter once")
-        for other in EXCLUSIVE.get(name, ()):
-            if other in names:
-                hint = "tau0 is either constant, or increases with pressure (stress_low, stress_slope)."
-                raise InputError("parameters", f"{name}, {other}", "one law of the Eyring stress", hint)
+SURFACE = ("boundary_friction", "boundary_film")  # the parameters that are no properties of the oil
 
 
 def start_values(card: Oil, temperature: float, *, rising: bool) -> dict[str, float]:
@@ -146,7 +130,7 @@ class ConditionsInput(InputModel):
 
     def given(self) -> dict[str, float]:
         """The given conditions in SI units."""
-        return {name: value for name, value in self.model_dump().items() if value is not None}
+        return self.model_dump(exclude_none=True)
 
 
 class SpecimensInput(InputModel):
@@ -221,7 +205,7 @@ class CalibrationSetup(InputModel):
     @model_validator(mode="after")
     def _whole(self) -> Self:
         Oil.load(self.oil)
-        check_parameters(self.parameters)
+        self._check_parameters()
         if self.eyring_stress_law == "constant" and set(RISING) & set(self.parameters):
             raise InputError("eyring_stress_law", "constant", "pressure, with stress_low or stress_slope fitted")
         if self.eyring_stress_law == "pressure" and "eyring_stress" in self.parameters:
@@ -236,6 +220,19 @@ class CalibrationSetup(InputModel):
                 raise InputError(f"{name}.temperature_bulk", solid.temperature_bulk, "no bulk temperature", hint)
         return self
 
+    def _check_parameters(self) -> None:
+        names = self.parameters
+        if not names:
+            raise InputError("parameters", "none", "at least one of " + ", ".join(PARAMETERS))
+        for name in names:
+            if name not in PARAMETERS:
+                raise InputError("parameters", name, "one of " + ", ".join(PARAMETERS))
+            if names.count(name) > 1:
+                raise InputError("parameters", name, "each parameter once")
+            if name in RISING and "eyring_stress" in names:
+                hint = "tau0 is either constant, or increases with pressure (stress_low, stress_slope)."
+                raise InputError("parameters", f"eyring_stress, {name}", "one law of the Eyring stress", hint)
+
     @property
     def roughness_rms(self) -> float:
         """Composite Rq of rows that state none: of a finish, or 0 [m]."""
@@ -246,8 +243,3 @@ class CalibrationSetup(InputModel):
     def rising(self) -> bool:
         """Whether the Eyring stress increases with pressure."""
         return self.eyring_stress_law == "pressure" or bool(set(RISING) & set(self.parameters))
-
-
-def load_setup(path: Path, changes: dict[str, Any]) -> CalibrationSetup:
-    """Read a setup file."""
-    return validate(CalibrationSetup, read_toml(path, "setup") | changes, path.name)

@@ -121,8 +121,7 @@ class _Variables(InputModel):
     @cached_property
     def axes(self) -> dict[str, PlanAxis]:
         """The variables given, in the order of `VARIABLES`."""
-        given = {name: getattr(self, name) for name in type(self).model_fields}
-        return {name: axis for name, axis in given.items() if axis is not None}
+        return {name: axis for name, axis in self if axis is not None}
 
 
 if TYPE_CHECKING:

@@ -77,8 +77,7 @@ class _Constraints(InputModel):
     @property
     def windows(self) -> dict[str, ConstraintWindow]:
         """The windows given."""
-        given = {name: getattr(self, name) for name in type(self).model_fields}
-        return {name: window for name, window in given.items() if window is not None}
+        return {name: window for name, window in self if window is not None}
 
 
 if TYPE_CHECKING:

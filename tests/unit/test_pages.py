@@ -27,7 +27,7 @@ from efficiency.cli import app
 from efficiency.design.design import Design
 from efficiency.machine_settings.inputs import load_targets
 from ehl.common.validation import validate
-from regression.calibration.setup import load_setup
+from regression.calibration.calibrate import setup_of
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
@@ -242,7 +242,7 @@ def test_tables_of_a_page_are_read(
     content = tomllib.loads(block.text)
     if block.page == "docs/calibration.md":
         Path("setup.toml").write_text(block.text, encoding="utf-8")
-        assert load_setup(Path("setup.toml"), {}).parameters == tuple(content["parameters"])
+        assert setup_of("setup.toml").parameters == tuple(content["parameters"])
     elif block.page in ("docs/friction_formula.md", "docs/sweep.md"):
         assert regression.Plan.from_dict(content).count > 0
     elif block.page == "docs/roughness.md":

@@ -1,6 +1,7 @@
 """Calibration: measured tables, setups, and exit code 2 with the field where they cannot be used."""
 
 import math
+import tomllib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -8,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from regression.calibration.calibrate import setup_of
 from regression.calibration.measurement import read_measurement
-from regression.calibration.setup import load_setup
 
 SETUP = """
 oil = "fva3"
@@ -40,14 +41,15 @@ def files(folder: Path, table: str = GOOD, setup: str = SETUP) -> tuple[Path, Pa
 
 def test_units_of_the_header_and_common_conditions(tmp_path: Path) -> None:
     measured, given = files(tmp_path)
-    measurement = read_measurement(measured, load_setup(given, {}).conditions.given())
+    measurement = read_measurement(measured, setup_of(given).conditions.given())
     assert measurement.load == "load"
     assert measurement.curve == ("a", "a", "b", "b")
     np.testing.assert_allclose(measurement.columns["speed_entrainment"], [2.5, 2.5, 0.1, 0.05])
     np.testing.assert_allclose(measurement.columns["slide_to_roll"], [0.05, 0.5, 0.5, 0.5])
     np.testing.assert_allclose(measurement.columns["temperature_oil"], 353.15)
     np.testing.assert_allclose(measurement.columns["roughness_rms"], 80e-9)
-    setup = load_setup(given, {"surface": {"finish": "Superfinished"}, "model": {"roughness": "load_sharing"}})
+    changed = tomllib.loads(SETUP) | {"surface": {"finish": "Superfinished"}, "model": {"roughness": "load_sharing"}}
+    setup = setup_of(changed)
     assert setup.roughness_rms == pytest.approx(2.0**0.5 * setup.surface.roughness_rms_1)
     assert np.isnan(measurement.uncertainty).all()
     assert len(measurement.file_hash) == 64
@@ -72,7 +74,7 @@ def test_slip_in_both_directions_is_folded_and_repeats_averaged(tmp_path: Path, 
             lines.append("\t".join(f"{cell:.6g}" for cell in cells))
     lines.append("2500\t0.0515\t79.9\t81.0\t36.02\t100" if signed else "2500\t0.0495\t79.9\t81.0\t36.02\t100")
     measured.write_text(RIG + "\n".join(lines) + "\nAll steps completed\n", encoding="cp1252")
-    found = read_measurement(measured, load_setup(given, {}).conditions.given())
+    found = read_measurement(measured, setup_of(given).conditions.given())
     np.testing.assert_allclose(found.friction, [*truth, 0.0495], rtol=1e-4)
     np.testing.assert_allclose(found.columns["slide_to_roll"], [0.01, 0.05, 0.2, 0.5, 1.0])
     np.testing.assert_allclose(found.columns["temperature_oil"], 353.05)
