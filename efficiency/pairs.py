@@ -184,7 +184,7 @@ class CylindricalPair(GearPair):
         design, pair = self.design, self.design.involute
         # the lines span the whole flanks, so that they do not depend on the load
         fine, coarse = both_cycles(
-            lambda count, line, reach=None, /: mesh_cycle(pair, count, line, design.relief), positions, points
+            lambda count, line, _reach: mesh_cycle(pair, count, line, design.relief), positions, points
         )
         grids = MeshGrids(design.name, side, fine, coarse, self._teeth, points, axes_of(pair))
         pitch = PitchGeometry(

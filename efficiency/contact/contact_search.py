@@ -10,8 +10,8 @@ derivatives by complex step.
 
 Unloaded contact path and transmission error of one tooth pair, and of all pairs with its harmonics.
 
-One pair: the real pinion flank is placed in space and the gear is rotated until contact (`contact_search`); the result
-is exact except for the interpolation of both flanks. Inside the flanks the contact is tangency, on their boundary edge
+One pair: the real pinion flank is placed in space and the gear is rotated until contact (`contact_path`); the result is
+exact except for the interpolation of both flanks. Inside the flanks the contact is tangency, on their boundary edge
 contact. All pairs: the pair with the largest gear rotation carries the load, so the curve of the mesh is the upper
 envelope of the curve of one pair, shifted by whole pitches.
 """
@@ -58,7 +58,8 @@ class ContactPath:
     edge: IntArray  # index in `EDGES` of the edge in contact, -1 for tangency of both flanks
     corner: BoolArray  # whether the contact is at a corner of two edges
     settled: BoolArray  # false if no minimum was found: the position is then that of the best sample
-    expected: FloatArray  # first-order transmission error from the ease-off on a coarse grid [rad]
+    # first-order transmission error from the ease-off on a coarse grid [rad], independent of the search
+    expected: FloatArray
 
     @property
     def free(self) -> BoolArray:
@@ -93,27 +94,6 @@ class Transmission:
     def at(self, angle: FloatArray) -> FloatArray:
         """Transmission error of all pairs at any pinion angle [rad]."""
         return np.asarray(np.interp(angle, self.pinion_angle, self.error, period=self.pitch))
-
-
-def contact_path(surface: MeshSurface, angle: FloatArray) -> ContactPath:
-    """Contact and transmission error of one tooth pair at pinion angles from the design point [rad]."""
-    found = contact_search(surface, angle)
-    at = point_contact(surface, angle, found.u, found.v)
-    u, v = np.real(at.gear_u), np.real(at.gear_v)
-    point = surface.patch(found.u, found.v, PINION)
-    u1, h1 = surface.pinion.blank.coordinates(np.hypot(point[0], point[1]), point[2])
-    return ContactPath(
-        angle,
-        -found.back,
-        u,
-        surface.height(u, v),
-        np.real(u1),
-        np.real(h1),
-        found.edge,
-        found.corner,
-        found.settled,
-        -found.expected,
-    )
 
 
 def transmission(surface: MeshSurface) -> Transmission:
@@ -289,22 +269,6 @@ _NEAR = 0.08
 
 
 @dataclass(frozen=True)
-class PairContact:
-    """Contact of one tooth pair at n pinion angles."""
-
-    # (n,) map coordinates of the real pinion point in contact
-    u: FloatArray
-    v: FloatArray
-    back: FloatArray  # (n,) lag of the gear relative to the constant ratio at contact [rad]
-    edge: IntArray  # (n,) index in `EDGES` of the active edge, -1 inside the flanks
-    corner: BoolArray  # (n,) whether a second edge is active: contact at a corner
-    settled: BoolArray  # (n,) false if no minimum was found and the best sample replaces it
-    # (n,) estimate of `back` from the ease-off of the best sample near its line of contact [rad], independent of the
-    # search
-    expected: FloatArray
-
-
-@dataclass(frozen=True)
 class _SearchState:
     """Limits, first and second derivatives of gap and limits (first row: gap), scaled to the map."""
 
@@ -423,8 +387,8 @@ def _corner(now: _SearchState, edges: IntArray) -> FloatArray:
     return np.asarray(np.where(parallel, 1.0, -step))
 
 
-def contact_search(surface: MeshSurface, angle: FloatArray) -> PairContact:
-    """Contact of one tooth pair at pinion angles from the design point, driving direction [rad]."""
+def contact_path(surface: MeshSurface, angle: FloatArray) -> ContactPath:
+    """Contact and transmission error of one tooth pair at pinion angles from the design point [rad]."""
     (u0, u1), (v0, v1) = surface.patch.u_range, surface.patch.v_range
     problem = _Problem(surface, np.array([u1 - u0, v1 - v0]))
     # a pinion with few teeth turns far during one contact: more samples
@@ -445,13 +409,17 @@ def contact_search(surface: MeshSurface, angle: FloatArray) -> PairContact:
     lost = ~settled | ~problem.on_map(found) | (back > problem.back(angle, sample)[0] + 1e-12)
     rest = np.flatnonzero(lost | (room.min(axis=0) < -_OUTSIDE))
     if rest.size:
-        at, back[rest], edge[rest], corner[rest], settled[rest] = _on_rim(
+        found[:, rest], back[rest], edge[rest], corner[rest], settled[rest] = _on_rim(
             problem, angle[rest], sample[:, rest], room[:, rest]
         )
-        found[:, rest] = at
         # without a solution the sample is used, with its value near its line of contact
         back = np.where(settled, back, expected)
-    return PairContact(found[0] * problem.scale[0], found[1] * problem.scale[1], back, edge, corner, settled, expected)
+    place = found[0] * problem.scale[0], found[1] * problem.scale[1]
+    at = point_contact(surface, angle, *place)
+    u, v = np.real(at.gear_u), np.real(at.gear_v)
+    point = surface.patch(*place, PINION)
+    along, over = (np.real(x) for x in surface.pinion.blank.coordinates(np.hypot(point[0], point[1]), point[2]))
+    return ContactPath(angle, -back, u, surface.height(u, v), along, over, edge, corner, settled, -expected)
 
 
 def _on_rim(

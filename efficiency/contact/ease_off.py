@@ -75,20 +75,35 @@ def ease_off(
     if start is None:
         u, h = pinion.blank.coordinates(np.hypot(position[0], position[1]), position[2])
         start = pinion.solve(np.real(u), np.real(h))[0].parameters
-
-    def linearised(y: FloatArray) -> tuple[FloatArray, FloatArray]:
-        state, slope = pinion.linearise(y[:3])
-        value = np.concatenate([state[:3] - position - y[3] * normal, state[6:]])
-        return value, _bordered(slope, -normal)
-
-    size = pinion.blank.mean_cone_distance
-    limit = np.array([0.05 * size, 0.1, 0.1, 0.02 * size])
-    tolerance = 1e-10 * np.array([size, 1.0, 1.0, 0.01 * size])
-    x, found = newton.iterate(linearised, np.concatenate([start, np.zeros_like(start[:1])]), limit, tolerance)
+    x, found = meet_flank(pinion, position, normal, start, np.zeros(start.shape[1]))
     return x[3], x[:3], found
 
 
-def _bordered(slope: FloatArray, normal: FloatArray) -> FloatArray:
+def meet_flank(
+    flank: Flank,
+    position: FloatArray,
+    normal: FloatArray,
+    start: FloatArray,
+    distance: FloatArray,
+    max_iterations: int = 30,
+) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Intersections of normals with a flank: surface parameters and distance along the normal (4, n), and found ones.
+
+    start (3, n), distance (n,): starting values.
+    """
+
+    def linearised(y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        state, slope = flank.linearise(y[:3])
+        value = np.concatenate([state[:3] - position - y[3] * normal, state[6:]])
+        return value, bordered(slope, -normal)
+
+    size = flank.blank.mean_cone_distance
+    limit = np.array([0.05 * size, 0.1, 0.1, 0.02 * size])
+    tolerance = 1e-10 * np.array([size, 1.0, 1.0, 0.01 * size])
+    return newton.iterate(linearised, np.concatenate([start, distance[None]]), limit, tolerance, max_iterations)
+
+
+def bordered(slope: FloatArray, normal: FloatArray) -> FloatArray:
     """Tangents of a surface and the gradient of its condition, bordered by a normal as last column, (n, 4, 4)."""
     border = np.concatenate([normal, np.zeros((1, normal.shape[1]))]).T[:, :, None]
     return np.concatenate([slope[:, [0, 1, 2, 6]], border], axis=2)
@@ -101,7 +116,7 @@ def regularity(flank: Flank, parameters: FloatArray) -> FloatArray:
     times that gradient. It vanishes on the edge of regression, the limit of undercut.
     """
     state, slope = flank.linearise(parameters)
-    return np.asarray(np.linalg.det(_bordered(slope, state[3:6])))
+    return np.asarray(np.linalg.det(bordered(slope, state[3:6])))
 
 
 def relative_regularity(flank: Flank, parameters: FloatArray, found: NDArray[np.bool_]) -> FloatArray:

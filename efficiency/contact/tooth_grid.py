@@ -13,7 +13,7 @@ import numpy as np
 
 from efficiency.contact.gear_flanks import MEMBERS, GearFlanks, Member
 from efficiency.cutting.blank import Blank
-from efficiency.cutting.cutter import FlankSide
+from efficiency.cutting.cutter import FLANK_SIDES, FlankSide
 from efficiency.cutting.flank import CutFlank, Flank, FlankPoints
 from efficiency.cutting.limits import flank_limits
 from ehl.common.arrays import FloatArray
@@ -222,14 +222,15 @@ def tooth_grid(pair: GearFlanks, member: Member, rows: int = 15, columns: int = 
     return grid
 
 
-# the root may be undercut or fillet: the thickness there is extrapolated from these fractions of the whole depth
-_FRACTIONS = (0.2, 0.6, 1.0)
+# the root may be undercut or fillet: the thickness there is extrapolated from these fractions of the whole depth, at
+# stations along the face
+_FRACTIONS, _STATIONS = (0.2, 0.6, 1.0), 7
 # tuned: largest tooth thickness at the mean point as a fraction of the pitch, above which the flanks intersect (this
 # work); may be changed freely
 _WIDEST = 0.9
 
 
-def _points(flank: Flank, u: FloatArray, h: FloatArray, member: str) -> tuple[FlankPoints, FloatArray]:
+def _points(flank: Flank, u: FloatArray, h: FloatArray, member: Member) -> tuple[FlankPoints, FloatArray]:
     """Flank points with the mean point as the last one, and an offset of 0 for existing points, nan otherwise."""
     points, found = flank.solve(np.append(u, 0.0), np.append(h, 0.0))
     if not found[-1]:
@@ -239,15 +240,15 @@ def _points(flank: Flank, u: FloatArray, h: FloatArray, member: str) -> tuple[Fl
     return points, np.where(found[:-1], 0.0, np.nan)
 
 
-def _normal_thickness(
-    concave: Flank, convex: Flank, phases: tuple[float, float], u: FloatArray, h: FloatArray, member: str
-) -> FloatArray:
-    """Normal circular tooth thickness at blank coordinates [m]; nan where a flank is undercut.
+def normal_thickness(flanks: GearFlanks, member: Member, u: FloatArray, h: FloatArray) -> FloatArray:
+    """Normal circular tooth thickness of a member at blank coordinates [m]; nan where a flank is undercut.
 
     The tooth extends around the axis between the flanks facing backwards and forwards. Each flank may be that of any of
-    the equal teeth, so whole pitches are removed.
+    the equal teeth, so whole pitches are removed. The thickness of the pinion is reduced by the backlash.
     """
+    concave, convex = (flanks.of(member)[side] for side in FLANK_SIDES)
     (one, missing_one), (other, missing_other) = (_points(flank, u, h, member) for flank in (concave, convex))
+    phases = [flanks.pinion_phases[side] if member == "pinion" else 0.0 for side in FLANK_SIDES]
     looks = one.position[0, -1] * one.normal[1, -1] - one.position[1, -1] * one.normal[0, -1]
     tooth = np.sign(looks) * (one.azimuth + phases[0] - other.azimuth - phases[1])
     pitch = 2.0 * np.pi / concave.blank.teeth
@@ -257,22 +258,8 @@ def _normal_thickness(
     radius = np.hypot(one.position[0], one.position[1])
     pitch_angle = concave.blank.pitch_angle
     spiral = 0.5 * (one.angles(pitch_angle)[0] + other.angles(pitch_angle)[0])
-    return np.asarray((radius * angle * np.cos(spiral))[:-1] + missing_one + missing_other)
-
-
-def gear_thickness(flanks: GearFlanks, u: FloatArray, h: FloatArray) -> FloatArray:
-    """Normal circular tooth thickness of the gear [m] at blank coordinates (u, h); nan where a flank is undercut."""
-    return _normal_thickness(flanks.gear["concave"], flanks.gear["convex"], (0.0, 0.0), u, h, "gear")
-
-
-def pinion_thickness(flanks: GearFlanks, u: FloatArray, h: FloatArray) -> FloatArray:
-    """Normal circular tooth thickness of the pinion [m] at blank coordinates (u, h), reduced by the backlash.
-
-    The result is nan where a flank is undercut.
-    """
-    phases = flanks.pinion_phases["concave"], flanks.pinion_phases["convex"]
-    width = _normal_thickness(flanks.pinion["concave"], flanks.pinion["convex"], phases, u, h, "pinion")
-    return np.asarray(width - flanks.normal_backlash)
+    width = (radius * angle * np.cos(spiral))[:-1] + missing_one + missing_other
+    return np.asarray(width - flanks.normal_backlash if member == "pinion" else width)
 
 
 TIP_REMEDIES: dict[Member, str] = {
@@ -307,28 +294,27 @@ def _filled(width: FloatArray, face: FloatArray) -> FloatArray:
     return filled
 
 
-def tooth_shapes(flanks: GearFlanks, stations: int = 7) -> tuple[ToothShape, ToothShape]:
+def tooth_shapes(flanks: GearFlanks) -> tuple[ToothShape, ToothShape]:
     """Depth and thickness of one tooth of the pinion and of the gear, toe to heel.
 
     If a flank is undercut the thickness is extrapolated from the remainder of the tooth. Raises an `InputError` if the
     flanks of a member intersect, so that its tooth has no thickness at the tip or at the root.
     """
-    shapes = {member: tooth_shape(flanks, member, stations) for member in MEMBERS}
+    shapes = {member: tooth_shape(flanks, member) for member in MEMBERS}
     for name, shape in shapes.items():
         for place, values in (("tip", shape.thickness_tip), ("root", shape.thickness_root)):
             _require_thickness(name, place, values, shape.face)
     return shapes["pinion"], shapes["gear"]
 
 
-def tooth_shape(flanks: GearFlanks, member: Member, stations: int = 7) -> ToothShape:
+def tooth_shape(flanks: GearFlanks, member: Member) -> ToothShape:
     """Depth and thickness of a tooth as in `tooth_shapes`, also for intersecting flanks."""
-    thickness = pinion_thickness if member == "pinion" else gear_thickness
     blank = flanks.blank(member)
-    u = np.linspace(-0.5, 0.5, stations) * blank.face_width
+    u = np.linspace(-0.5, 0.5, _STATIONS) * blank.face_width
     face = u + 0.5 * blank.face_width
-    across = np.repeat(np.array(_FRACTIONS), stations)
+    across = np.repeat(np.array(_FRACTIONS), _STATIONS)
     along = np.tile(u, len(_FRACTIONS))
-    width = thickness(flanks, along, blank.height(along, across)).reshape(len(_FRACTIONS), stations)
-    width = _filled(width, face)
+    width = normal_thickness(flanks, member, along, blank.height(along, across))
+    width = _filled(width.reshape(len(_FRACTIONS), _STATIONS), face)
     root = np.array([np.polyval(np.polyfit(_FRACTIONS, column, 2), 0.0) for column in width.T])
     return ToothShape(face, blank.tip(u) - blank.root(u), root, width[-1])

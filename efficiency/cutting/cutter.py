@@ -120,58 +120,6 @@ class Edge:
         return float(np.real(self.pieces[int(np.searchsorted(ends, height))].length_at(height)))
 
 
-def profile(
-    angle: float,
-    curvature: float,
-    reference_height: float,
-    toprem: Relief | None = None,
-    protuberance: Protuberance | None = None,
-    flankrem: Relief | None = None,
-) -> Edge:
-    """Edge that cuts the flank: main profile with toprem or protuberance below and flankrem above it.
-
-    The profile has xi = 0 and the given angle at the reference height; s is measured from the tip plane along the
-    tangent at that point.
-    """
-    start = reference_height / np.cos(angle)
-    main = Piece(start, 0.0, reference_height, angle, curvature)
-    pieces = [main]
-    breaks: list[Scalar] = []
-    if toprem is not None:
-        low = main.length_at(toprem.height)
-        arc = main.continued(low, 1.0 / toprem.radius)
-        pieces, breaks = [arc, *pieces], [low, *breaks]
-        if toprem.angle is not None:
-            end = low - toprem.angle * toprem.radius
-            pieces, breaks = [arc.continued(end, 0.0), *pieces], [end, *breaks]
-    if protuberance is not None:
-        low = main.length_at(protuberance.height)
-        length = protuberance.radius * np.arccos(1.0 - 0.5 * protuberance.amount / protuberance.radius)
-        away = main.continued(low, 1.0 / protuberance.radius)
-        back = away.continued(low - length, -1.0 / protuberance.radius)
-        parallel = back.continued(low - 2.0 * length, 0.0)
-        pieces, breaks = [parallel, back, away, *pieces], [low - 2.0 * length, low - length, low, *breaks]
-    if flankrem is not None:
-        high = main.length_at(flankrem.height)
-        arc = main.continued(high, 1.0 / flankrem.radius)
-        pieces, breaks = [*pieces, arc], [*breaks, high]
-        if flankrem.angle is not None:
-            end = high + flankrem.angle * flankrem.radius
-            pieces, breaks = [*pieces, arc.continued(end, 0.0)], [*breaks, end]
-    return Edge(tuple(pieces), tuple(breaks))
-
-
-def tip_arc(edge: Edge, radius: float) -> Piece:
-    """Arc of the edge radius, tangent to the lowest piece of an edge and to the tip plane."""
-    lowest = edge.pieces[0]
-    s = lowest.s
-    for _ in range(8):
-        # the centre of the arc lies one radius above the tip plane and one radius inside the edge
-        _, eta, angle, _ = lowest.at(s)
-        s = s - (eta - radius * (1.0 - np.sin(angle))) / (np.cos(angle) * (1.0 + radius * lowest.curvature))
-    return lowest.continued(s, -1.0 / radius)
-
-
 FlankSide = Literal["concave", "convex"]
 FLANK_SIDES: tuple[FlankSide, FlankSide] = ("concave", "convex")
 EdgePart = Literal["flank", "fillet"]
@@ -215,15 +163,54 @@ class Blade:
 
     @cached_property
     def profile(self) -> Edge:
-        """Profile with its reliefs, in the blade plane."""
-        return profile(
-            self.blade_angle, self.curvature, self.reference_height, self.toprem, self.protuberance, self.flankrem
-        )
+        """Edge that cuts the flank: main profile with toprem or protuberance below and flankrem above it.
+
+        The profile has xi = 0 and the blade angle at the reference height; s is measured from the tip plane along the
+        tangent at that point.
+        """
+        start = self.reference_height / np.cos(self.blade_angle)
+        main = Piece(start, 0.0, self.reference_height, self.blade_angle, self.curvature)
+        pieces = [main]
+        breaks: list[Scalar] = []
+        if self.toprem is not None:
+            low = main.length_at(self.toprem.height)
+            arc = main.continued(low, 1.0 / self.toprem.radius)
+            pieces, breaks = [arc, *pieces], [low, *breaks]
+            if self.toprem.angle is not None:
+                end = low - self.toprem.angle * self.toprem.radius
+                pieces, breaks = [arc.continued(end, 0.0), *pieces], [end, *breaks]
+        if self.protuberance is not None:
+            radius = self.protuberance.radius
+            low = main.length_at(self.protuberance.height)
+            length = radius * np.arccos(1.0 - 0.5 * self.protuberance.amount / radius)
+            away = main.continued(low, 1.0 / radius)
+            back = away.continued(low - length, -1.0 / radius)
+            parallel = back.continued(low - 2.0 * length, 0.0)
+            pieces, breaks = [parallel, back, away, *pieces], [low - 2.0 * length, low - length, low, *breaks]
+        if self.flankrem is not None:
+            high = main.length_at(self.flankrem.height)
+            arc = main.continued(high, 1.0 / self.flankrem.radius)
+            pieces, breaks = [*pieces, arc], [*breaks, high]
+            if self.flankrem.angle is not None:
+                end = high + self.flankrem.angle * self.flankrem.radius
+                pieces, breaks = [*pieces, arc.continued(end, 0.0)], [*breaks, end]
+        return Edge(tuple(pieces), tuple(breaks))
 
     @cached_property
     def tip_arc(self) -> Piece | None:
-        """Arc of the edge radius; None for a sharp corner."""
-        return tip_arc(self.profile, self.edge_radius) if self.edge_radius else None
+        """Arc of the edge radius, tangent to the lowest piece of the profile and to the tip plane.
+
+        None for a sharp corner.
+        """
+        radius, lowest = self.edge_radius, self.profile.pieces[0]
+        if not radius:
+            return None
+        s = lowest.s
+        for _ in range(8):
+            # the centre of the arc lies one radius above the tip plane and one radius inside the edge
+            _, eta, angle, _ = lowest.at(s)
+            s = s - (eta - radius * (1.0 - np.sin(angle))) / (np.cos(angle) * (1.0 + radius * lowest.curvature))
+        return lowest.continued(s, -1.0 / radius)
 
     @property
     def profile_start(self) -> float:

@@ -51,6 +51,12 @@ def unit(vector: AnyArray) -> AnyArray:
     return np.divide(vector, np.sqrt(dot(vector, vector)))
 
 
+def rotation(angle: float) -> FloatArray:
+    """Matrix of a rotation about z."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
 Turn = Annotated[float, ValueRange("rad", ge=-3.1416, le=3.1416)]
 
 # natural steps of settings in a correction [m], [rad]
@@ -143,11 +149,9 @@ class MachineSettings:
     @cached_property
     def cutter_axes(self) -> FloatArray:
         """Rotation from the cutter to the cradle frame: swivel after tilt."""
-        ci, si = np.cos(self.tilt), np.sin(self.tilt)
-        cj, sj = np.cos(self.swivel), np.sin(self.swivel)
-        tilt = np.array([[ci, 0.0, si], [0.0, 1.0, 0.0], [-si, 0.0, ci]])
-        swivel = np.array([[cj, -sj, 0.0], [sj, cj, 0.0], [0.0, 0.0, 1.0]])
-        return np.asarray(swivel @ tilt)
+        c, s = np.cos(self.tilt), np.sin(self.tilt)
+        tilt = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
+        return np.asarray(rotation(self.swivel) @ tilt)
 
     @cached_property
     def work_axes(self) -> FloatArray:

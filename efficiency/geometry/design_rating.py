@@ -20,7 +20,7 @@ from efficiency.blanks.tangency import PitchCones
 from efficiency.blanks.virtual_gears import virtual_gears
 from efficiency.conditions.duty import DutyRow
 from efficiency.contact.gear_flanks import MEMBERS, SIDES, Member
-from efficiency.contact.tooth_grid import gear_thickness, pinion_thickness
+from efficiency.contact.tooth_grid import normal_thickness
 from efficiency.cutting.flank import CutFlank
 from efficiency.design.design import Design, PairDesign
 from efficiency.strength.root_mesh import EDGE_RADIUS
@@ -141,7 +141,7 @@ def rated_pair(design: Design) -> RatedPair:
     module = diameters[1] * math.cos(cones.spiral_2) / two.teeth
     shift = 0.5 * (one.mean_addendum - two.mean_addendum) / module
     middle, alpha = np.zeros(1), float(alphas.mean())
-    widths = (f(flanks, middle, middle)[0] for f in (pinion_thickness, gear_thickness))
+    widths = (normal_thickness(flanks, member, middle, middle)[0] for member in MEMBERS)
     members = [
         RatedMember(
             blank.teeth,

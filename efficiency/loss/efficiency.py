@@ -16,7 +16,6 @@ from functools import cache
 from typing import Any, TypeVar, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from efficiency.loss.efficiency_result import (
     EdgeContact,
@@ -41,7 +40,7 @@ from efficiency.ltca.mesh_grids import LoadedGrids as LoadedGrids
 from efficiency.ltca.mesh_grids import MeshGrids as MeshGrids
 from efficiency.ltca.mesh_grids import load_grids as load_grids
 from efficiency.ltca.tangent_load import TangentLoad
-from ehl.common.arrays import FloatArray
+from ehl.common.arrays import BoolArray, FloatArray
 from ehl.common.data import data_path, reason_text
 from ehl.common.errors import ConvergenceError
 from ehl.common.quantities import quantity
@@ -177,7 +176,7 @@ def _mesh_efficiency(
             edges.pressure_lower,
             edges.pressure_upper,
             edges.share,
-            _edge_loss(loaded.fine, fine, estimate.mu),
+            _share(estimate.mu * fine.force * fine.speed_sliding, loaded.fine.loaded["at_edge"].astype(bool)),
         ),
         cycle=MeshCycle(
             transmission_error_loaded=float(np.ptp(loaded.fine.transmission_error)),
@@ -299,7 +298,7 @@ def _reason(loaded: LoadedGrids, *frictions: FrictionEstimate) -> Reason:
     return "friction_undefined" if any(np.any(_missing(friction)) for friction in frictions) else ""
 
 
-def _missing(friction: FrictionEstimate) -> NDArray[np.bool_]:
+def _missing(friction: FrictionEstimate) -> BoolArray:
     return (friction.flag >= FrictionFlag.NOT_CONVERGED) | ~np.isfinite(friction.mu)
 
 
@@ -355,19 +354,16 @@ def _flag_shares(points: LoadedPoints, estimate: FrictionEstimate) -> dict[str, 
     return {flag.name.lower(): float(power[estimate.flag == flag].sum()) / total for flag in FrictionFlag}
 
 
-def _edge_loss(load: LoadDistribution, points: LoadedPoints, mu: FloatArray) -> float:
-    """Share of the loss at points where the contact reaches an edge; nan if friction is not available everywhere."""
-    power = mu * points.force * points.speed_sliding
+def _share(power: FloatArray, where: BoolArray) -> float:
+    """Share of a power at some of its points [-]: 0 without power, nan if it is not available everywhere."""
     total = float(power.sum())
-    return float(power[load.loaded["at_edge"].astype(bool)].sum()) / total if total != 0.0 else 0.0
+    return float(power[where].sum()) / total if total != 0.0 else 0.0
 
 
 def _outside_range(points: LoadedPoints, estimate: FrictionEstimate) -> float:
     """Share of the sliding power at points outside the range of the model, including points without a value."""
     outside = (estimate.flag == FrictionFlag.OUTSIDE_RANGE) | (estimate.flag == FrictionFlag.UNDEFINED)
-    power = points.force * points.speed_sliding
-    total = float(power.sum())
-    return float(power[outside].sum()) / total if total > 0.0 else 0.0
+    return _share(points.force * points.speed_sliding, outside)
 
 
 @cache
@@ -384,8 +380,7 @@ def _measured_share(points: LoadedPoints, table: Conditions) -> float:
     for name, limits in measured_states().items():
         if isinstance(limits, list):
             within &= (table[name] >= limits[0]) & (table[name] <= limits[1])
-    total = float(power.sum())
-    return float(power[within].sum()) / total if total > 0.0 else 0.0
+    return _share(power, within)
 
 
 def _values_on_lines(

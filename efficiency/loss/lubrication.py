@@ -166,40 +166,20 @@ def biboulet_houpert_2010(speed: FloatArray, load: FloatArray) -> FloatArray:
     return np.asarray(force / load)
 
 
-def blok_flash(state: ContactState, friction_coefficient: FloatArray, bodies: tuple[Material, Material]) -> FloatArray:
-    """Maximum rise of the surface temperature in the contact [K].
-
-    As in `ehl.line_contact.blok_1937`.
-
-    state: local conditions.
-    friction_coefficient: mu [-].
-    bodies: bodies 1 and 2.
-    """
-    one, two = _carrying(state, bodies)
-    heat = friction_coefficient * state.load_per_length * state.speed_sliding
-    return blok_1937(heat, state.half_width, one + two)
-
-
-def heat_share(state: ContactState, bodies: tuple[Material, Material]) -> FloatArray:
-    """Share of the friction heat into body 1, B1 sqrt(u1)/(B1 sqrt(u1) + B2 sqrt(u2)) [-] (Blok)."""
-    one, two = _carrying(state, bodies)
-    return np.asarray(one / (one + two))
-
-
 def surface_temperature(
     state: ContactState, friction_coefficient: FloatArray, bodies: tuple[Material, Material]
 ) -> FloatArray:
-    """Maximum surface temperature in the contact [K]: convected bulk temperature of both bodies plus Blok's flash."""
-    share = heat_share(state, bodies)
-    bulk = share * state.temperature_bulk_1 + (1.0 - share) * state.temperature_bulk_2
-    return np.asarray(bulk + blok_flash(state, friction_coefficient, bodies))
+    """Maximum surface temperature in the contact [K]: convected bulk temperature of both bodies plus Blok's flash.
 
-
-def _carrying(state: ContactState, bodies: tuple[Material, Material]) -> tuple[FloatArray, FloatArray]:
-    """B sqrt(u) of both bodies."""
+    The share of the friction heat into body 1 is B1 sqrt(u1)/(B1 sqrt(u1) + B2 sqrt(u2)); the flash is that of
+    `ehl.line_contact.blok_1937`.
+    """
     speeds = (1.0 + 0.5 * state.slide_to_roll, 1.0 - 0.5 * state.slide_to_roll)
     one, two = (
         body.thermal_effusivity * np.sqrt(np.abs(speed * state.speed_entrainment))
         for body, speed in zip(bodies, speeds, strict=True)
     )
-    return one, two
+    share = one / (one + two)
+    bulk = share * state.temperature_bulk_1 + (1.0 - share) * state.temperature_bulk_2
+    heat = friction_coefficient * state.load_per_length * state.speed_sliding
+    return np.asarray(bulk + blok_1937(heat, state.half_width, one + two))

@@ -17,7 +17,7 @@ from efficiency.loss.contact_sample import coordinates, nearest, spread, worth_s
 from efficiency.loss.kinematics import LoadedPoints, Operation
 from efficiency.loss.lubrication import bulk_spread
 from efficiency.loss.power_loss import efficiency_of
-from ehl.common.arrays import FloatArray
+from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.runner import run_tasks
 from ehl.fluid.oil import Oil
 from ehl.state import ContactState
@@ -35,6 +35,14 @@ CONTACTS = 8
 ROLLING = 0.12
 
 
+LossChanges = tuple[list[Change], Together]
+"""Changes of ln(loss): with each input at the ends of its interval, and with several inputs changed together."""
+
+
+def _subset(state: ContactState, at: slice | IntArray) -> ContactState:
+    return ContactState(**{f.name: getattr(state, f.name)[at] for f in fields(ContactState)})
+
+
 @dataclass(frozen=True)
 class LossSample:
     """Points that represent a mesh."""
@@ -47,9 +55,8 @@ class LossSample:
     def of(cls, points: LoadedPoints, friction: FrictionEstimate, most: int = POINTS) -> LossSample:
         """Every n-th point, with n such that there are at most `most` points."""
         at = slice(None, None, max(1, math.ceil(points.force.size / most)))
-        state = ContactState(**{f.name: getattr(points.state, f.name)[at] for f in fields(ContactState)})
         estimate = FrictionEstimate(friction.mu[at], friction.lower[at], friction.upper[at], friction.flag[at])
-        return cls(state, estimate, (points.force * points.speed_sliding)[at])
+        return cls(_subset(points.state, at), estimate, (points.force * points.speed_sliding)[at])
 
     def mean(self, log_change: FloatArray) -> float:
         """Change of ln(loss) for changes of ln mu at each point."""
@@ -64,15 +71,7 @@ class LossSample:
             below, above = self.mean(change.below), self.mean(change.above)
             if (formula or change.name != FORMULA) and (below != 0.0 or above != 0.0):
                 each.append(replace(change, below=below, above=above, note=change.note + note))
-        return LossChanges(each, lambda scores: [self.mean(change) for change in found.together(scores)])
-
-
-@dataclass(frozen=True)
-class LossChanges:
-    """Changes of ln(loss): with each input at the ends of its interval, and with several inputs changed together."""
-
-    each: list[Change]
-    together: Together
+        return each, lambda scores: [self.mean(change) for change in found.together(scores)]
 
 
 def stand_in(model: FrictionModel, oil: Oil) -> tuple[FrictionModel, str]:
@@ -83,49 +82,19 @@ def stand_in(model: FrictionModel, oil: Oil) -> tuple[FrictionModel, str]:
     return found, f"by the formula {name}{other}"
 
 
-def loss_changes(
-    model: FrictionModel,
-    sample: LossSample,
-    oil: Oil,
-    spreads: UncertaintyInput,
-    level: float = LEVEL,
-    *,
-    warm_inlet: bool = False,
-) -> LossChanges:
-    """Changes of ln(loss) with the inputs at the ends of their intervals."""
-    state = sample.state
-    if not model.solves_contacts:
-        return sample.changes(friction_changes(model, state, oil, spreads, level, warm_inlet=warm_inlet))
-    formula, note = stand_in(model, oil)
-    if getattr(model, "smooth", False):
-        nothing = np.zeros_like(state.roughness_rms_1)
-        state = replace(state, roughness_rms_1=nothing, roughness_rms_2=nothing)
-    found = friction_changes(formula, state, oil, spreads, level, warm_inlet=warm_inlet)
-    return sample.changes(found, f"; {note}", formula=False)
-
-
-def solved_changes(
-    model: FrictionModel,
-    points: LoadedPoints,
-    oil: Oil,
-    spreads: UncertaintyInput,
-    level: float = LEVEL,
-    *,
-    warm_inlet: bool = False,
-    contacts: int = CONTACTS,
+def _solved_changes(
+    model: FrictionModel, points: LoadedPoints, oil: Oil, spreads: UncertaintyInput, level: float, warm_inlet: bool
 ) -> LossChanges:
     """Changes of ln(loss) by solving contacts at both ends of every input, with the same roughness.
 
-    model: friction model with solved contacts.
-    contacts: number of contacts, spread over the mesh; each represents the loss of its neighbourhood.
+    Each of the contacts, which are spread over the mesh, represents the loss of its neighbourhood.
     """
     changed: Any = model
     place, power = coordinates(points.state), points.force * points.speed_sliding
     able = worth_solving(points.state, power)
-    chosen = able[spread(place[able], power[able], contacts)]
-    state = ContactState(**{f.name: getattr(points.state, f.name)[chosen] for f in fields(ContactState)})
+    chosen = able[spread(place[able], power[able], CONTACTS)]
     shares = np.bincount(nearest(place, place[chosen]), weights=power, minlength=chosen.size).astype(np.float64)
-    alone = replace(changed, points=None, jobs=1)
+    alone, state = replace(changed, points=None, jobs=1), _subset(points.state, chosen)
     nominal: list[FloatArray] = []
 
     def evaluate(cases: list[Case]) -> list[FloatArray]:
@@ -168,21 +137,22 @@ def efficiency_uncertainty(
     warm, spreads = operation.temperature_inlet is not None, spreads or operation.uncertainty
     if operation.temperature_inlet is not None:
         spreads = spreads.of_bulk(bulk_spread(operation.temperature_inlet - operation.temperature))
+    sample = LossSample.of(points, friction)
+    state = sample.state
     if solved and model.solves_contacts:
-        changes = solved_changes(model, points, oil, spreads, level, warm_inlet=warm)
+        each, together = _solved_changes(model, points, oil, spreads, level, warm)
+    elif model.solves_contacts:
+        formula, note = stand_in(model, oil)
+        if getattr(model, "smooth", False):
+            nothing = np.zeros_like(state.roughness_rms_1)
+            state = replace(state, roughness_rms_1=nothing, roughness_rms_2=nothing)
+        found = friction_changes(formula, state, oil, spreads, level, warm_inlet=warm)
+        each, together = sample.changes(found, f"; {note}", formula=False)
     else:
-        changes = loss_changes(model, LossSample.of(points, friction), oil, spreads, level, warm_inlet=warm)
-    return of_changes(changes, model, operation, power_loss, torque, level)
-
-
-def of_changes(
-    changes: LossChanges, model: FrictionModel, operation: Operation, power_loss: float, torque: float, level: float
-) -> InputUncertainty:
-    """Interval of the efficiency from changes of ln(loss)."""
+        each, together = sample.changes(friction_changes(model, state, oil, spreads, level, warm_inlet=warm))
 
     def figure(ln: float) -> float:
         loss = power_loss * math.exp(ln)
         return efficiency_of(loss, torque, operation.speed, operation.driver)
 
-    notes = missing(model)
-    return InputUncertainty.of("efficiency", figure(0.0), changes.each, figure, level, notes, changes.together)
+    return InputUncertainty.of("efficiency", figure(0.0), each, figure, level, missing(model), together)

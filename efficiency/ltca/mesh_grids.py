@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -37,11 +37,8 @@ _MIN_LOADED_SHARE = 0.4
 _MARGIN = 1.2
 
 
-class MakeCycle(Protocol):
-    """Mesh cycle from the number of positions, points per contact line, and the gaps closed by the load."""
-
-    def __call__(self, positions: int, points: int, reach: float | None = None, /) -> tuple[MeshPosition, ...]:
-        """See `efficiency.contact.contact_lines.mesh_cycle`."""
+MakeCycle = Callable[[int, int, float | None], tuple[MeshPosition, ...]]
+"""Mesh cycle from the numbers of positions and points per contact line, and the reach, as `mesh_cycle`."""
 
 
 @dataclass(frozen=True)
@@ -160,7 +157,7 @@ def both_cycles(
     """Fine and coarse grid of a mesh cycle; the error estimate requires an even number of positions."""
     check_count("positions", positions, 4, MAX_POSITIONS, even=True)
     check_count("points_per_line", points_per_line, 5, MAX_POINTS_PER_LINE)
-    return make_cycle(positions, points_per_line), make_cycle(positions, (points_per_line + 1) // 2)
+    return make_cycle(positions, points_per_line, None), make_cycle(positions, (points_per_line + 1) // 2, None)
 
 
 def friction_arm(position: MeshPosition, axis: Axis) -> FloatArray:

@@ -22,6 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from efficiency.contact.gear_flanks import GearFlanks, Member, Side
 from efficiency.contact.tooth_grid import ToothGrid, tooth_grid, tooth_shapes
+from efficiency.cutting.machine import rotation
 from efficiency.ltca.ritz_solid import (
     ORDERS,
     Orders,
@@ -112,12 +113,6 @@ class _CondensedBody:
         stiffness[np.ix_(touched, touched)] -= rest[:size, :size]
         functionals[touched] -= rest[:size, size:]
         return _CondensedBody(self.unknowns[outer], stiffness, functionals, self.compliance + rest[size:, size:])
-
-
-def rotation(angle: float) -> FloatArray:
-    """Components in a frame from those in a frame rotated by an angle about z."""
-    c, s = np.cos(angle), np.sin(angle)
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
 def ring_displacements(condensed: FloatArray, force: FloatArray, cells: int, count: int) -> FloatArray:

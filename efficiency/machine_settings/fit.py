@@ -18,7 +18,7 @@ from typing import Literal
 
 import numpy as np
 
-from efficiency.cutting import newton
+from efficiency.contact.ease_off import bordered, meet_flank
 from efficiency.cutting.blank import Blank
 from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.machine import dot, spin, turn
@@ -100,8 +100,6 @@ class RootLine:
 
 
 _STEP = 1e-30
-# rows of a linearised flank: the point and the condition
-_GAP = [0, 1, 2, 6]
 # weight of points with an extrapolated residual: sufficient to keep them near, small enough not to affect the others
 _MISSED = 0.1
 
@@ -239,26 +237,16 @@ def measure(
     discontinuous.
     """
     position, normal = turn(target.position, -phase), turn(target.normal, -phase)
-
-    border = np.concatenate([-normal.T, np.zeros((normal.shape[1], 1))], axis=1)[:, :, None]
-
-    def gap(y: FloatArray) -> tuple[FloatArray, FloatArray]:
-        state, slope = flank.linearise(y[:3])
-        value = np.concatenate([state[:3] - position - y[3] * normal, state[6:]])
-        return value, np.concatenate([slope[:, _GAP], border], axis=2)
-
     point, facing, _ = flank.sweep(start)
-    linear = dot(facing, point - position) / dot(facing, normal)
-    size = flank.blank.mean_cone_distance
-    limit = np.array([0.05 * size, 0.1, 0.1, 0.02 * size])
-    tolerance = 1e-10 * np.array([size, 1.0, 1.0, 0.01 * size])
-    x, found = newton.iterate(gap, np.concatenate([start, linear[None]]), limit, tolerance, max_iterations=12)
-    found &= np.isfinite(x).all(axis=0) & (np.abs(x[3] - linear) < 0.02 * size)
+    linear = np.real(dot(facing, point - position) / dot(facing, normal))
+    x, found = meet_flank(flank, position, normal, start, linear, max_iterations=12)
+    found &= np.isfinite(x).all(axis=0) & (np.abs(x[3] - linear) < 0.02 * flank.blank.mean_cone_distance)
     if held is not None:
         found &= held
     if found.any():
         # the bordered determinant changes its sign at the limit of undercut, behind which is the other branch
-        determinant = np.linalg.det(gap(np.where(found, x, x[:, found][:, :1]))[1])
+        slope = flank.linearise(np.where(found, x[:3], x[:3, found][:, :1]))[1]
+        determinant = np.linalg.det(bordered(slope, -normal))
         found &= determinant * np.sign(np.median(determinant[found])) > 0.0
     relief = np.where(found, x[3], linear)
     parameters = np.where(found, x[:3], start)

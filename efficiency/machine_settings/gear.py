@@ -19,7 +19,7 @@ from efficiency.contact.assembly import Assembly
 from efficiency.cutting.blank import Blank
 from efficiency.cutting.cutter import FLANK_SIDES, Blade, FlankSide
 from efficiency.cutting.flank import CutFlank, FlankPoints
-from efficiency.cutting.machine import GENERATIONS, Generation, MachineSettings
+from efficiency.cutting.machine import GENERATIONS, Generation, MachineSettings, rotation
 from efficiency.cutting.process import PROCESSES, CuttingProcess
 from efficiency.machine_settings.generating import (
     GeneratingScrew,
@@ -131,12 +131,6 @@ class GearCut:
         return self.concave if side == "concave" else self.convex
 
 
-def turned(angle: float) -> FloatArray:
-    """Rotation about z."""
-    c, s = np.cos(angle), np.sin(angle)
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-
-
 def cut_gear(pair: PairDimensions, eccentricity: float = 0.0) -> GearCut:
     """Both flanks of the gear, with an eccentricity of the parts of a two-part head [m]."""
     cut = GEAR_CUTS[pair.process.name](pair)
@@ -174,7 +168,7 @@ class _Setup:
 
 def _setup(pair: PairDimensions, tool: ToolPose, to_back: float | None = None) -> _Setup:
     """Machine for a tool; `to_back` of a Formate gear, by default for a machine centre at the root apex [m]."""
-    placed = tool.moved(turned(pair.offset_angle), np.zeros(3))
+    placed = tool.turned(rotation(pair.offset_angle))
     if pair.generation.rolls:
         root = pair.gear.pitch_angle - pair.gear.dedendum_angle
         screw = generating_screw(pair.assembly, share_of_root_angle(pair.assembly, root))

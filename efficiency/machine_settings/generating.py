@@ -66,9 +66,9 @@ class ToolPose:
     centre: FloatArray
     axes: FloatArray
 
-    def moved(self, rotation: FloatArray, shift: FloatArray) -> ToolPose:
-        """The pose after a rotation and a translation."""
-        return ToolPose(rotation @ self.centre + shift, rotation @ self.axes)
+    def turned(self, rotation: FloatArray) -> ToolPose:
+        """The pose after a rotation about the origin."""
+        return ToolPose(rotation @ self.centre, rotation @ self.axes)
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.contact.gear_flanks import GearFlanks, Member
+from efficiency.cutting.machine import rotation
 from efficiency.ltca.load_distribution import PositionLoad
-from efficiency.ltca.solid_tooth import SolidTooth, ring_displacements, rotation
+from efficiency.ltca.solid_tooth import SolidTooth, ring_displacements
 from efficiency.strength.hexahedra import (
     CORNERS_AND_EDGES,
     FACE,

@@ -31,7 +31,7 @@ from efficiency.blanks.tangency import PitchCones
 from efficiency.blanks.virtual_gears import VirtualGears
 from efficiency.conditions.duty import DutyRow
 from efficiency.contact.gear_flanks import GearFlanks
-from efficiency.contact.tooth_grid import gear_thickness
+from efficiency.contact.tooth_grid import normal_thickness
 from efficiency.cutting.limits import flank_limits
 from efficiency.design.design import load_design
 from efficiency.geometry.design_rating import rated_pair
@@ -273,8 +273,8 @@ def test_formate_blank_against_the_cut_flanks() -> None:
     flanks = GearFlanks("11x45", {}, {"concave": cut.concave, "convex": cut.convex}, pair_dimensions(pair).assembly)
     places = np.array([gear.inner_cone_distance, gear.mean_cone_distance, gear.outer_cone_distance])
     u = places - gear.cones.mean_cone_distance
-    assert gear_thickness(flanks, u, 0.0 * u) == pytest.approx(np.array(gear.normal_thickness), rel=0.011)
-    assert gear_thickness(flanks, u, gear.cones.tip(u)) == pytest.approx(np.array(gear.top_land), rel=0.012)
+    assert normal_thickness(flanks, "gear", u, 0.0 * u) == pytest.approx(np.array(gear.normal_thickness), rel=0.011)
+    assert normal_thickness(flanks, "gear", u, gear.cones.tip(u)) == pytest.approx(np.array(gear.top_land), rel=0.012)
     rise = flank_limits(cut.convex, 3).root_error
     # lead of the trace over the root line: the tip plane leaves the cone towards both ends
     assert rise[0] > 1e-4

@@ -15,7 +15,7 @@ from efficiency.contact.ease_off import conjugate_points, ease_off
 from efficiency.contact.flank_pair import flank_pair
 from efficiency.contact.gear_flanks import GearFlanks
 from efficiency.contact.mesh_surface import MeshSurface, mesh_surface
-from efficiency.contact.tooth_grid import gear_thickness, pinion_thickness
+from efficiency.contact.tooth_grid import normal_thickness
 from efficiency.cutting.blank import Blank
 from efficiency.cutting.cutter import FLANK_SIDES, Blade
 from efficiency.cutting.flank import CutFlank
@@ -157,7 +157,7 @@ def test_gears_of_agma_929_c(design: Design) -> None:
         spirals = [flanks.gear[side].solve(u, np.zeros(3))[0].angles(blank.pitch_angle)[0] for side in FLANK_SIDES]
         expected = [outputs["beta_i"], inputs["beta_m2"], outputs["beta_e"]]
         np.testing.assert_allclose(np.degrees(np.mean(spirals, axis=0)), expected, atol=0.1)
-        thickness = (gear_thickness(flanks, u, np.zeros(3)) - more) / MM
+        thickness = (normal_thickness(flanks, "gear", u, np.zeros(3)) - more) / MM
         np.testing.assert_allclose(thickness, [outputs[f"sn2_{at}"] for at in ("inner", "mean", "outer")], rtol=0.01)
 
 
@@ -165,8 +165,8 @@ def test_teeth_and_backlash_fill_the_pitch(design: Design) -> None:
     """At the mean point pinion tooth, gear tooth and backlash add up to the normal pitch of AGMA 929 C."""
     at = np.zeros(1)
     total = (
-        pinion_thickness(design.flanks(), at, at)
-        + gear_thickness(design.flanks(), at, at)
+        normal_thickness(design.flanks(), "pinion", at, at)
+        + normal_thickness(design.flanks(), "gear", at, at)
         + design.assembly.normal_backlash
     )
     assert total[0] / MM == pytest.approx(AGMA["outputs"]["p_n"], rel=2e-3)

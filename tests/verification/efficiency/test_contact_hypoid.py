@@ -12,7 +12,7 @@ from efficiency.contact.contact_lines import MeshPosition, mesh_cycle
 from efficiency.contact.ease_off import ConjugatePoints, conjugate_points, ease_off
 from efficiency.contact.flank_pair import FlankPair, flank_pair
 from efficiency.contact.mesh_surface import mesh_surface
-from efficiency.contact.tooth_grid import gear_thickness, pinion_thickness, tooth_shapes
+from efficiency.contact.tooth_grid import normal_thickness, tooth_shapes
 from efficiency.cutting.machine import turn
 from efficiency.design.design import load_design
 from efficiency.loss.closed_form import buckingham_type, coleman_type
@@ -176,8 +176,8 @@ def test_undercut_is_told_and_leaves_no_gap_in_the_numbers() -> None:
         for name in ("gap", "radius_equivalent", "length", "entrainment", "height_pinion"):
             assert np.isfinite(getattr(position, name)).all()
         assert (position.radius_equivalent > 0.0).all()
-    width = pinion_thickness(
-        load_design("fh_hypoid_9x34").flanks(), np.array([-0.4, 0.4]) * 31e-3, np.array([-3.1e-3, 0.0])
+    width = normal_thickness(
+        load_design("fh_hypoid_9x34").flanks(), "pinion", np.array([-0.4, 0.4]) * 31e-3, np.array([-3.1e-3, 0.0])
     )
     assert np.isnan(width[0])
     assert width[1] > 5e-3
@@ -197,8 +197,8 @@ def test_teeth_and_backlash_fill_the_normal_pitch(name: str) -> None:
     )
     pitch = 2.0 * np.pi * radius * np.cos(spiral) / blank.teeth
     total = (
-        pinion_thickness(design.flanks(), at, at)
-        + gear_thickness(design.flanks(), at, at)
+        normal_thickness(design.flanks(), "pinion", at, at)
+        + normal_thickness(design.flanks(), "gear", at, at)
         + design.assembly.normal_backlash
     )
     assert total[0] == pytest.approx(pitch, rel=6e-3)

@@ -7,7 +7,7 @@ import pytest
 
 from efficiency.blanks.pair import pair_blank
 from efficiency.contact.ease_off import conjugate_points, ease_off, pinion_phase
-from efficiency.contact.tooth_grid import gear_thickness, pinion_thickness
+from efficiency.contact.tooth_grid import normal_thickness
 from efficiency.cutting.flank import CutFlank
 from efficiency.design.design import load_design
 from efficiency.machine_settings.conjugate import fit_grid, target_relief
@@ -82,7 +82,7 @@ def test_blade_phases_leave_the_tooth_that_touching_flanks_and_backlash_ask_for(
     spiral = 0.5 * (one.angles(blank.pitch_angle)[0] + other.angles(blank.pitch_angle)[0])
     cut = np.hypot(one.position[0], one.position[1]) * angle * np.cos(spiral)
     # turned until they touch one point of each flank, against the mean of the fit on both: a few micrometres
-    assert cut == pytest.approx(pinion_thickness(design.flanks(), place, place), abs=5e-6)
-    assert gear_thickness(design.flanks(), place, place) == pytest.approx(
+    assert cut == pytest.approx(normal_thickness(design.flanks(), "pinion", place, place), abs=5e-6)
+    assert normal_thickness(design.flanks(), "gear", place, place) == pytest.approx(
         pair_blank(load_targets(name).blank).gear.mean_normal_thickness, abs=1e-8
     )

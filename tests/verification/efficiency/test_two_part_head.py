@@ -12,7 +12,7 @@ from efficiency.blanks.method_1 import lengthwise_radius
 from efficiency.blanks.pair import pair_blank
 from efficiency.blanks.tangency import PitchCones
 from efficiency.contact.flank_pair import flank_pair
-from efficiency.contact.tooth_grid import gear_thickness, pinion_thickness
+from efficiency.contact.tooth_grid import normal_thickness
 from efficiency.cutting.cutter import FLANK_SIDES
 from efficiency.cutting.flank import CutFlank
 from efficiency.design.design import Design, load_design
@@ -173,8 +173,8 @@ def test_mean_thickness_is_that_of_the_blank(pairs: dict[str, Design], pair: str
     inputs = load_targets(NAME if pair == "spiral bevel" else "fh_hypoid_9x34")
     wanted, flanks = pair_blank(inputs.blank.model_copy(update={"gear_cutting": "generated"})), pairs[pair].flanks()
     gear, pinion = (
-        thickness(flanks, np.array([-blank.middle_shift]), np.zeros(1))[0]
-        for thickness, blank in ((gear_thickness, wanted.gear), (pinion_thickness, wanted.pinion))
+        normal_thickness(flanks, member, np.array([-getattr(wanted, member).middle_shift]), np.zeros(1))[0]
+        for member in ("gear", "pinion")
     )
     assert gear == pytest.approx(wanted.gear.mean_normal_thickness, rel=1e-6)
     # touching flanks against the fit on the whole of both
