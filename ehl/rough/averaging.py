@@ -252,13 +252,18 @@ class Window:
         """Steps of the window."""
         return np.concatenate(self.recorded)
 
+    @property
+    def everything(self) -> FloatArray:
+        """All steps of a run, start-up included."""
+        return np.concatenate([*self.started, *self.recorded])
+
     def column(self, column: int) -> FloatArray:
         """One column of the records."""
         return np.concatenate([block[:, column] for block in self.recorded])
 
     def friction_since(self, step: int) -> FloatArray:
         """mu of every step from `step` on, of start-up and window."""
-        return self._friction_of(np.concatenate([*self.started, *self.recorded])[step:])
+        return self._friction_of(self.everything[step:])
 
     def friction(self) -> FloatArray:
         """mu of every step of the window; zero without sliding."""

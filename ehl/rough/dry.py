@@ -135,15 +135,13 @@ def solve_dry(
     shape = x**2 / (2.0 * contact.radius_equivalent) - rough
     scale = contact.half_width**2 / contact.radius_equivalent
     operator = DeflectionOperator(len(x), spacing, contact.effective_modulus)
+    reason, iterations = "iteration_limit", 0
     if hardness * len(x) <= total:
-        empty = np.zeros_like(x)
-        return _result("hardness_too_low", contact, x, empty, shape, hardness, scale, operator, 0)
-
-    pressure = contact.pressure_hertz * np.sqrt(np.maximum(1.0 - (x / contact.half_width) ** 2, 0.0))
-    pressure = _loaded(np.minimum(pressure + 1e-3 * contact.pressure_hertz, hardness), total, hardness)
+        reason, pressure, max_iterations = "hardness_too_low", np.zeros_like(x), 0
+    else:
+        pressure = contact.pressure_hertz * np.sqrt(np.maximum(1.0 - (x / contact.half_width) ** 2, 0.0))
+        pressure = _loaded(np.minimum(pressure + 1e-3 * contact.pressure_hertz, hardness), total, hardness)
     direction, norm_before, conjugate = np.zeros_like(x), 1.0, 0.0
-    reason = "iteration_limit"
-    iterations = 0
     while iterations < max_iterations:
         iterations += 1
         touching = (pressure > 0.0) & (pressure < hardness)
@@ -177,35 +175,6 @@ def solve_dry(
                 break
     if not reason and (pressure[0] > 0.0 or pressure[-1] > 0.0):
         reason = "domain_too_small"
-    return _result(reason, contact, x, pressure, shape, hardness, scale, operator, iterations)
-
-
-def _loaded(pressure: FloatArray, total: float, hardness: float) -> FloatArray:
-    """The pressure scaled to the load, except at nodes at the limit."""
-    for _ in range(50):
-        capped = pressure >= hardness
-        free = float(np.sum(pressure[~capped]))
-        wanted = total - hardness * float(np.count_nonzero(capped))
-        if free <= 0.0 or wanted <= 0.0:
-            return pressure * (total / float(np.sum(pressure)))
-        pressure = np.where(capped, hardness, np.minimum(pressure * (wanted / free), hardness))
-        if abs(float(np.sum(pressure)) - total) <= 1e-14 * total:
-            break
-    return pressure
-
-
-def _result(
-    reason: str,
-    contact: LineContact,
-    x: FloatArray,
-    pressure: FloatArray,
-    shape: FloatArray,
-    hardness: float,
-    scale: float,
-    operator: DeflectionOperator,
-    iterations: int,
-) -> DryContactResult:
-    spacing = operator.spacing
     touching = (pressure > 0.0) & (pressure < hardness)
     gap = shape + operator(pressure)
     approach = -float(np.mean(gap[touching])) if bool(np.any(touching)) else 0.0
@@ -226,3 +195,17 @@ def _result(
         load_residual=abs(load / contact.load_per_length - 1.0),
         iterations=iterations,
     )
+
+
+def _loaded(pressure: FloatArray, total: float, hardness: float) -> FloatArray:
+    """The pressure scaled to the load, except at nodes at the limit."""
+    for _ in range(50):
+        capped = pressure >= hardness
+        free = float(np.sum(pressure[~capped]))
+        wanted = total - hardness * float(np.count_nonzero(capped))
+        if free <= 0.0 or wanted <= 0.0:
+            return pressure * (total / float(np.sum(pressure)))
+        pressure = np.where(capped, hardness, np.minimum(pressure * (wanted / free), hardness))
+        if abs(float(np.sum(pressure)) - total) <= 1e-14 * total:
+            break
+    return pressure

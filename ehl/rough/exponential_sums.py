@@ -13,6 +13,7 @@ import math
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from importlib.resources import files
+from itertools import product, starmap
 
 import numpy as np
 from scipy.optimize import least_squares, nnls
@@ -99,16 +100,12 @@ def fit_log_kernel(n: int, modes: int) -> ExponentialSum:
         terms = np.exp(-np.outer(d, rates)) * weights
         return np.hstack([terms, -terms * d[:, None] * rates])
 
-    best = None
-    for slow in (0.2, 0.5):
-        for fast in (1.0, 2.5):
-            start = np.concatenate([np.full(m, np.log(np.log(4.0 * n) / m)), np.log(np.geomspace(slow / n, fast, m))])
-            fit = least_squares(
-                residual, start, jac=jacobian, method="lm", max_nfev=400, xtol=1e-12, ftol=1e-12, gtol=1e-12
-            )
-            if best is None or fit.cost < best.cost:
-                best = fit
-    assert best is not None
+    starts = (
+        np.concatenate([np.full(m, np.log(np.log(4.0 * n) / m)), np.log(np.geomspace(slow / n, fast, m))])
+        for slow, fast in product((0.2, 0.5), (1.0, 2.5))
+    )
+    options = {"jac": jacobian, "method": "lm", "max_nfev": 400, "xtol": 1e-12, "ftol": 1e-12, "gtol": 1e-12}
+    best = min((least_squares(residual, start, **options) for start in starts), key=lambda fit: fit.cost)
     weights, rates = unpack(best.x)
     order = np.argsort(rates)
     weights = np.append(weights[order], kernel[0] - weights.sum())
@@ -141,16 +138,12 @@ def bessel_kernel(wave_number: float, modes: int, newton_modes: int) -> tuple[Ex
     rates = wave_number * np.cosh(step * np.arange(modes - 1))
     weights = nnls(np.exp(-np.outer(distance, rates)), target)[0]
     long = closed(weights, rates)
-    best: ExponentialSum | None = None
-    for slow in (1.05, 1.2, 1.5):
-        for fast in (0.5, 1.0, 2.0):
-            rates = np.geomspace(slow * wave_number, max(fast, 3.0 * slow * wave_number), newton_modes - 1)
-            terms = np.exp(-np.outer(distance, rates))
-            fit = closed(nnls(terms, target)[0], rates)
-            if best is None or fit.error < best.error:
-                best = fit
-    assert best is not None
-    return long, best
+
+    def short(slow: float, fast: float) -> ExponentialSum:
+        rates = np.geomspace(slow * wave_number, max(fast, 3.0 * slow * wave_number), newton_modes - 1)
+        return closed(nnls(np.exp(-np.outer(distance, rates)), target)[0], rates)
+
+    return long, min(starmap(short, product((1.05, 1.2, 1.5), (0.5, 1.0, 2.0))), key=lambda fit: fit.error)
 
 
 def quad_bessel(wave_number: float, distance: float) -> float:
@@ -169,14 +162,12 @@ def fit_root_kernel(n: int, modes: int = 10) -> ExponentialSum:
     near = min(30, n)
     j = np.unique(np.concatenate([np.arange(1, near), np.round(np.geomspace(near, n, 200))])).astype(float)
     target = 2.0 / (np.sqrt(j + 1.0) + np.sqrt(j))
-    best: ExponentialSum | None = None
-    for fast in (1.0, 1.5, 2.0, 3.0):
-        for slow in (0.3, 0.6, 1.0, 1.5):
-            ratios = np.exp(-np.geomspace(slow / n, fast, modes - 1))
-            terms = np.power.outer(ratios, j).T / target[:, None]
-            weights, _ = nnls(terms, np.ones(j.size))
-            error = float(np.abs(terms @ weights - 1.0).max())
-            if best is None or error < best.error:
-                best = ExponentialSum(np.append(weights, 2.0 - weights.sum()), np.append(ratios, 0.0), error)
-    assert best is not None
-    return best
+
+    def fitted(fast: float, slow: float) -> ExponentialSum:
+        ratios = np.exp(-np.geomspace(slow / n, fast, modes - 1))
+        terms = np.power.outer(ratios, j).T / target[:, None]
+        weights, _ = nnls(terms, np.ones(j.size))
+        error = float(np.abs(terms @ weights - 1.0).max())
+        return ExponentialSum(np.append(weights, 2.0 - weights.sum()), np.append(ratios, 0.0), error)
+
+    return min(starmap(fitted, product((1.0, 1.5, 2.0, 3.0), (0.3, 0.6, 1.0, 1.5))), key=lambda fit: fit.error)

@@ -166,17 +166,11 @@ class MeshLevels:
 
     def mean(self, column: int, *, film: bool = False) -> float:
         """Time mean of a column of the records; of a film in m."""
-        total = 0.0
-        for level, window in enumerate(self.windows):
-            unit = window.run.problem.units.film if film else 1.0
-            if level == 0:
-                total += unit * float(window.records[:, column].mean())
-                continue
-            coarser = self.windows[level - 1]
-            common = in_common(window, coarser)
-            scale = coarser.run.problem.units.film if film else 1.0
-            total += unit * float(window.records_of(common)[:, column].mean())
-            total -= scale * float(coarser.records_of(common)[:, column].mean())
+        coarsest = self.windows[0]
+        total = (coarsest.run.problem.units.film if film else 1.0) * float(coarsest.records[:, column].mean())
+        for level in range(1, len(self.windows)):
+            fine, coarse = self._pair(level, column, film)
+            total = total + fine - coarse
         return total
 
     def friction(self) -> float:
@@ -189,13 +183,11 @@ class MeshLevels:
 
     def share(self) -> float:
         """Asperity load share, extrapolated like mu."""
-        mean = self.mean(SHARE)
-        return richardson(mean - self._difference(SHARE), mean)[0]
+        return self._limit(SHARE)[0]
 
     def film(self) -> tuple[float, float]:
         """Mean film [m], extrapolated, and its error by the mesh."""
-        mean = self.mean(FILM_MEAN, film=True)
-        return richardson(mean - self._difference(FILM_MEAN, film=True), mean)
+        return self._limit(FILM_MEAN, film=True)
 
     def _extrapolated(self) -> tuple[float, float]:
         if self.even:
@@ -205,15 +197,20 @@ class MeshLevels:
             mean += sum(float(self.differences(level).mean()) for level in range(1, len(self.windows)))
         return richardson(mean - float(self.differences(len(self.windows) - 1).mean()), mean)
 
-    def _difference(self, column: int, *, film: bool = False) -> float:
-        """Mean of a column on the finest mesh minus that on the one before over their common travel; of a film in m."""
-        coarser, finer = self.windows[-2:]
+    def _limit(self, column: int, *, film: bool = False) -> tuple[float, float]:
+        """Mean of a column, extrapolated, and its error by the mesh."""
+        mean, (fine, coarse) = self.mean(column, film=film), self._pair(-1, column, film)
+        return richardson(mean - (fine - coarse), mean)
+
+    def _pair(self, level: int, column: int, film: bool) -> tuple[float, float]:
+        """Means of a column on a mesh and on the one before over their common travel; of a film in m."""
+        finer, coarser = self.windows[level], self.windows[level - 1]
         common = in_common(finer, coarser)
         fine, coarse = (
             (window.run.problem.units.film if film else 1.0) * float(window.records_of(common)[:, column].mean())
             for window in (finer, coarser)
         )
-        return fine - coarse
+        return fine, coarse
 
     def half_widths(self) -> list[float]:
         """Half widths of the 90 % intervals of the coarsest mean and of each difference, as they enter mu."""

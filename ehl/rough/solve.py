@@ -19,6 +19,7 @@ from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 from ehl.elastic_shear import rubbing_friction
 from ehl.fluid.lubricant import Lubricant
+from ehl.heat.conduction import peclet_number
 from ehl.inputs import Accuracy
 from ehl.line_contact import LineContact
 from ehl.material import Material
@@ -158,7 +159,8 @@ def solve_transient(
             finer = Window(TransientRun(problem(n, before.travel)), plan.batch, bound)
             finer.run.start_from(before)
             if flux is not None:
-                finer.run.preheat(warming, interpolated(flux, coarse.run.problem.x, finer.run.problem.x))
+                x, x_finer = coarse.run.problem.x, finer.run.problem.x
+                finer.run.preheat(warming, np.array([np.interp(x_finer, x, row) for row in flux]))
             levels.windows.append(finer)
             for each in levels.windows:
                 each.start(settling)
@@ -177,11 +179,6 @@ def solve_transient(
         thinner, thicker = (_friction_factor(settled, problem(meshes[0], film=f), coarse) for f in films)
         factors = (thinner, thicker)
     return _result(contact, lubricant, rough, bodies, levels, len(meshes), estimate, factors, begin)
-
-
-def interpolated(rows: FloatArray, x: FloatArray, x_new: FloatArray) -> FloatArray:
-    """Rows of values interpolated to other nodes."""
-    return np.array([np.interp(x_new, x, row) for row in rows])
 
 
 def _friction_factor(begun: TransientRun, problem: RunProblem, reference: Window) -> float:
@@ -209,7 +206,7 @@ def _check(contact: LineContact, film: float, friction: float, peklenik: float, 
 
 
 def _notes(
-    contact: LineContact, lubricant: Lubricant, materials: tuple[Material, Material], problem: RunProblem, plan: RunPlan
+    contact: LineContact, materials: tuple[Material, Material], problem: RunProblem, plan: RunPlan
 ) -> tuple[str, ...]:
     notes = []
     if problem.settings.nodes == plan.nodes_max:
@@ -225,7 +222,7 @@ def _notes(
         notes.append("boundary film below 10 nm: the mesh may not resolve it")
     if problem.settings.thermal:
         for speed, material in zip((contact.speed_1, contact.speed_2), materials, strict=True):
-            peclet = abs(speed) * contact.half_width / (2.0 * material.thermal_diffusivity)
+            peclet = peclet_number(speed, contact.half_width, material)
             if peclet < PECLET_WARNING:
                 notes.append(f"Peclet number {peclet:.2g} of a surface: flash temperature overestimated by 8 % or more")
     return tuple(notes)
@@ -234,7 +231,7 @@ def _notes(
 def _status(levels: MeshLevels) -> tuple[str, str]:
     mean, half_width = levels.interval()
     fine, plan = levels.fine, levels.plan
-    stages = _everything(fine)[:, STAGE]
+    stages = fine.everything[:, STAGE]
     if not math.isfinite(mean):
         return "failed", "not_finite"
     if film_jumped(fine.column(FILM_MEAN), fine.column(FILM_MEAN), fine.roughness):
@@ -260,11 +257,6 @@ def exchange_error(levels: MeshLevels, exchanged: float) -> float:
     return EXCHANGE_EFFECT * exchanged * (1.0 - min(max(levels.share(), 0.0), 1.0))
 
 
-def _everything(window: Window) -> FloatArray:
-    """All steps of a run, start-up included."""
-    return np.concatenate([*window.started, *window.recorded])
-
-
 def _result(
     contact: LineContact,
     lubricant: Lubricant,
@@ -279,7 +271,7 @@ def _result(
     fine, longest = levels.fine, levels.longest
     run, problem = fine.run, fine.run.problem
     units, model = problem.units, problem.model
-    everything = _everything(fine)
+    everything = fine.everything
     mu, half_width = levels.stated()
     scale = abs(mu) if mu != 0.0 else math.inf
     status, reason = _status(levels)
@@ -291,7 +283,7 @@ def _result(
     stages = np.bincount(everything[:, STAGE].astype(int), minlength=UNCONVERGED + 1)
     share = min(max(levels.share(), 0.0), 1.0)
     rubbing = float(model.contact.friction * share)
-    notes = _notes(contact, lubricant, materials, problem, levels.plan)
+    notes = _notes(contact, materials, problem, levels.plan)
     if len(levels.windows) < wanted:
         coarse = 2 ** (wanted - len(levels.windows))
         notes = (*notes, f"mesh {coarse} times as coarse as the accuracy requires, to limit the work")

@@ -33,6 +33,7 @@ from ehl.rough.mixed import film_stress_ratio, roughness_effect
 from ehl.rough.multilevel import MeshLevels
 from ehl.rough.solve import _status
 from ehl.smooth import hot_film, refine, thermal
+from ehl.smooth.newton import Numbers
 from ehl.smooth.refine import extrapolate
 from ehl.smooth.solver import solve_steady
 from ehl.validity import friction_above_limit_temperature
@@ -124,7 +125,7 @@ def test_error_of_a_hot_film_has_three_terms(monkeypatch: pytest.MonkeyPatch, ch
 
 
 def test_change_of_a_round_is_relative_to_the_newer_film() -> None:
-    before, after = np.array([1.0, 0.9, 0.05]), np.array([1.25, 0.75, 0.04])
+    before, after = Numbers(1.0, 0.9, 0.05, *[0.0] * 4), Numbers(1.25, 0.75, 0.04, *[0.0] * 4)
     assert hot_film._changes(before, after) == pytest.approx((0.25, 0.2))
     assert hot_film._changes(after, before) == pytest.approx((0.2, 0.25))
 
