@@ -13,16 +13,11 @@ from importlib import import_module
 from pathlib import Path
 
 import ehl
-from ehl.common.quantities import nomenclature
-from ehl.common.references import references_page
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))
-import_module("make_constants").write()
-import_module("make_oils").write()
-import_module("make_units").write()
-for _name, _text in (("nomenclature", nomenclature()), ("references", references_page())):
-    (HERE / f"{_name}.md").write_text(_text + "\n", encoding="utf-8")
+for _page in ("constants", "nomenclature", "oils", "references", "units"):
+    import_module(f"make_{_page}").write()
 project, author, version = "mixed-ehl", "the mixed-ehl developers", ehl.__version__
 release = version
 language = "en"

@@ -153,27 +153,18 @@ def typeset_units(text: str) -> str:
 
 
 @cache
-def _sections() -> tuple[tuple[str, str, tuple[Quantity, ...]], ...]:
-    """Title, introduction and quantities of every section of the table."""
-    sections: list[tuple[str, str, list[Quantity]]] = []
+def quantities() -> Mapping[str, Quantity]:
+    """Every quantity of the program by its name; rows of the table whose name begins with "# " are headings."""
+    found = {}
     with data_path("quantities.csv").open(encoding="utf-8", newline="") as file:
         for row in csv.DictReader(file):
-            if row["name"].startswith("# "):
-                sections.append((row["name"][2:], row["definition"], []))
-                continue
-            name = row["name"]
+            name, unit = row["name"], row["unit"]
             label = row["label"] or name.rpartition(".")[2].replace("_", " ")
-            unit = row["unit"]
             digits = int(row["digits"] or 4)
-            display = row["display"] or unit
-            sections[-1][2].append(Quantity(name, row["symbol"], unit, display, label, row["definition"], digits))
-    return tuple((title, text, tuple(rows)) for title, text, rows in sections)
-
-
-@cache
-def quantities() -> Mapping[str, Quantity]:
-    """Every quantity of the program by its name."""
-    return {entry.name: entry for _, _, rows in _sections() for entry in rows}
+            quantity = Quantity(name, row["symbol"], unit, row["display"] or unit, label, row["definition"], digits)
+            if not name.startswith("# "):
+                found[name] = quantity
+    return found
 
 
 def quantity(name: str) -> Quantity:
@@ -219,23 +210,3 @@ def to_display(name: str, values: Any) -> Any:
 def axis_label(name: str) -> str:
     """Label of a quantity with its display unit, for the axis of a figure."""
     return quantity(name).axis_label
-
-
-def nomenclature() -> str:
-    """The page docs/nomenclature.md."""
-    lines = [
-        "# Nomenclature",
-        "",
-        "Names of TOML keys, result fields, dataset columns and JSON keys (`data/quantities.csv`). Files and results",
-        'are in SI units unless a text has a unit; tables and figures show the unit of the column "shown in".',
-        "x is normal to the contact line, y along it. If authors differ by a factor, the program uses the definition",
-        "given here. The part of a name before a dot is the name of its table.",
-    ]
-    for title, text, rows in _sections():
-        lines += ["", f"## {title}", ""] + ([text, ""] if text else [])
-        lines += ["| name | symbol | unit | shown in | definition |", "|---|---|---|---|---|"]
-        for entry in rows:
-            unit = typeset_unit(entry.unit) or "-"
-            shown = "" if entry.display == entry.unit else typeset_unit(entry.display)
-            lines.append(f"| `{entry.name}` | {entry.symbol} | {unit} | {shown} | {entry.definition} |")
-    return "\n".join(lines)

@@ -39,7 +39,7 @@ class Citation:
     def of(cls, uses: Iterable[str]) -> Citation:
         """Entries of the program and of some uses, each entry once."""
         wanted = {"program", *uses}
-        return cls({key: entry for key, entry in _all_references().items() if wanted & {*entry["uses"]}})
+        return cls({key: entry for key, entry in all_references().items() if wanted & {*entry["uses"]}})
 
     @property
     def text(self) -> str:
@@ -71,15 +71,7 @@ def _bibtex(key: str, entry: dict[str, Any]) -> str:
     return f"@{_BIBTEX_TYPES.get(entry['type'], entry['type'])}{{{key},\n" + ",\n".join(fields) + "\n}"
 
 
-def references_page() -> str:
-    """Markdown page of all entries with their uses."""
-    rows = [
-        f"{number}. {line(entry)} *{', '.join(entry['uses'])}*"
-        for number, entry in enumerate(_all_references().values(), 1)
-    ]
-    return "\n".join(["---", "orphan: true", "---", "", "# References", "", *rows])
-
-
 @cache
-def _all_references() -> dict[str, dict[str, Any]]:
+def all_references() -> dict[str, dict[str, Any]]:
+    """Every entry of the file by its key."""
     return tomllib.loads(data_path("references.toml").read_text(encoding="utf-8"))
