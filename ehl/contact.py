@@ -397,12 +397,10 @@ class Contact(InputModel):
 
     def problem(self) -> case_inputs.ContactProblem:
         """The contact in the form of the solvers."""
-        line, lubricant, bodies = (
-            self.line_contact(),
-            self.lubricant.lubricant(),
-            (self.solid_1.body(), self.solid_2.body()),
+        bodies = (self.solid_1.body(), self.solid_2.body())
+        return case_inputs.ContactProblem(
+            self.line_contact(), self.lubricant.lubricant(), self.surface, self.model, bodies, self.bulk_temperatures()
         )
-        return case_inputs.ContactProblem(line, lubricant, self.surface, self.model, bodies, self.bulk_temperatures())
 
     def unused_inputs(self) -> tuple[str, ...]:
         """One sentence for each given input that has no effect with the chosen models."""
@@ -460,10 +458,8 @@ class Contact(InputModel):
             hint = "The half-width would exceed a quarter of the radius, beyond the assumption of half-spaces."
             raise InputError("contact.pressure_hertz", f"{contact.pressure_hertz:.4g} Pa", allowed, hint)
         if contact.speed_sliding > case_inputs.MAX_SLIDING:
-            allowed, hint = (
-                f"a sliding speed of at most {case_inputs.MAX_SLIDING:g} m/s",
-                f"It is {contact.speed_sliding:.4g} m/s.",
-            )
+            allowed = f"a sliding speed of at most {case_inputs.MAX_SLIDING:g} m/s"
+            hint = f"It is {contact.speed_sliding:.4g} m/s."
             raise InputError("contact.slide_to_roll", self.contact.slide_to_roll, allowed, hint)
         return self
 

@@ -306,14 +306,10 @@ def write_page(path: Path, sections: Sequence[Section]) -> Path:
 
 
 def picture_svg(picture: Picture) -> str:
-    """The figure of a picture as an SVG element."""
-    return figure_svg(picture.figure())
-
-
-def figure_svg(figure: Figure) -> str:
-    """A figure as an SVG element without the XML prolog."""
+    """The figure of a picture as an SVG element without the XML prolog."""
     import matplotlib as mpl
 
+    figure = picture.figure()
     printable(figure)
     buffer = io.StringIO()
     with quiet_about_names(), own_style(), mpl.rc_context({"svg.fonttype": "none", "font.family": "sans-serif"}):

@@ -141,12 +141,12 @@ def numbered_table(
     foreign = not heads[0].exact or heads[0].position > 0
     if foreign:
         heads = [_distinct(head) for head in heads]
-        _require(path, [name for name in heads[0].quantities if name], required, heads[0].names, quantities)
     else:
         heads = heads[:1]
-        _check_names(path, heads[0], quantities, required)
-        if path.suffix.lower() not in _WORKBOOKS:
-            _check_width(path, cells, len(heads[0].names))
+        _check_names(path, heads[0], quantities)
+    _require(path, heads[0], required, quantities)
+    if not foreign and path.suffix.lower() not in _WORKBOOKS:
+        _check_width(path, cells, len(heads[0].names))
     found: dict[str, list[Any]] = {}
     numbers: list[int] = []
     left_out, other = 0, list[int]()
@@ -361,17 +361,12 @@ def _distinct(head: _Head) -> _Head:
     return replace(head, quantities=tuple(mine))
 
 
-def _require(
-    path: Path,
-    found: Sequence[str],
-    required: Sequence[str],
-    names: Sequence[str],
-    quantities: Mapping[str, ValueRange | None],
-) -> None:
+def _require(path: Path, head: _Head, required: Sequence[str], quantities: Mapping[str, ValueRange | None]) -> None:
     for name in required:
-        if name not in found:
-            hints = [near(other, quantities) for other in names if other and not other.startswith("#")]
-            hint = f"The header has {', '.join(filter(None, names))}. {next(filter(None, hints), '')}".strip()
+        if name not in head.quantities:
+            others = (other for other in head.names if other and not other.startswith("#") and other not in quantities)
+            hint = next(filter(None, (near(other, quantities) for other in others)), "")
+            hint = f"The header has {', '.join(filter(None, head.names))}. {hint}".strip()
             raise InputError(f"{path.name}, column {name}", None, f"columns {', '.join(required)}", hint)
 
 
@@ -386,7 +381,7 @@ def _check_width(path: Path, cells: pd.DataFrame, width: int) -> None:
             )
 
 
-def _check_names(path: Path, head: _Head, quantities: Mapping[str, ValueRange | None], required: Sequence[str]) -> None:
+def _check_names(path: Path, head: _Head, quantities: Mapping[str, ValueRange | None]) -> None:
     known = ", ".join(quantities)
     counts = Counter(head.names)
     for name in head.names:
@@ -395,9 +390,6 @@ def _check_names(path: Path, head: _Head, quantities: Mapping[str, ValueRange | 
             raise InputError(f"{path.name}, header", name, f"columns named {known}", hint)
         if counts[name] > 1:
             raise InputError(f"{path.name}, header", name, "each column once")
-    for name in required:
-        if name not in head.names:
-            raise InputError(f"{path.name}, column {name}", None, f"columns {', '.join(required)}")
 
 
 def _are_units(
@@ -415,14 +407,10 @@ def _are_units(
         if quantity.unit == "":
             if text not in ("1", "-", "%"):
                 return False
-            continue
-        try:
-            parse_quantity(f"1 {text}", quantity.unit)
-        except InputError:
+        elif not _fits(text, quantity) or (text[0].isdigit() and "/" not in text):
             return False
-        if text[0].isdigit() and "/" not in text:
-            return False
-        found = True
+        else:
+            found = True
     return found
 
 

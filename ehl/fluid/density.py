@@ -32,11 +32,6 @@ def dowson_higginson_1966(pressure: Array, a: float = DOWSON_HIGGINSON[0], b: fl
     return np.asarray(1.0 + a * pressure / (1.0 + b * pressure))
 
 
-def dowson_higginson_slope(pressure: Array, a: float = DOWSON_HIGGINSON[0], b: float = DOWSON_HIGGINSON[1]) -> Array:
-    """d(rho/rho0)/dp of `dowson_higginson_1966` [1/Pa]."""
-    return np.asarray(a / (1.0 + b * pressure) ** 2)
-
-
 class Compression(Protocol):
     """rho/rho0 over pressure at one temperature."""
 
@@ -62,7 +57,7 @@ class DowsonHigginson:
 
     def slope(self, pressure: Array) -> Array:
         """d(rho/rho0)/dp [1/Pa]."""
-        return dowson_higginson_slope(pressure, self.a, self.b)
+        return np.asarray(self.a / (1.0 + self.b * pressure) ** 2)
 
 
 @dataclass(frozen=True)

@@ -212,9 +212,10 @@ class OilLubricant(ShearInput):
     @model_validator(mode="after")
     def _known(self) -> Self:
         card = Oil.load(self.oil)
-        if self.rheology == "eyring" and self.eyring_stress_law == "pressure" and self._rising_stress(card) is None:
+        law = self.eyring_stress_law if self.rheology == "eyring" else None
+        if law == "pressure" and self._rising_stress(card) is None:
             raise InputError("eyring_stress_pressure", None, RISING_TABLE, f"The card of {self.oil} contains none.")
-        if self.rheology == "eyring" and self.eyring_stress_law == "constant" and not self._constant_stress(card):
+        if law == "constant" and not (self.eyring_stress or card.eyring_stress):
             hint = (
                 f"The card of {self.oil} contains none; its stress increases with pressure like that of the base oil."
             )
@@ -224,9 +225,6 @@ class OilLubricant(ShearInput):
     def remarks(self) -> tuple[str, ...]:
         """Notes on assumptions of the oil card."""
         return Oil.load(self.oil).remarks()
-
-    def _constant_stress(self, card: Oil) -> float | None:
-        return self.eyring_stress or card.eyring_stress
 
     def _rising_stress(self, card: Oil) -> RisingStress | None:
         return self.eyring_stress_pressure or card.eyring_stress_pressure

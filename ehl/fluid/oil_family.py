@@ -219,19 +219,6 @@ def vogel_constants(viscosity_40: float, viscosity_100: float, density_15: float
     return {"K": math.exp(low - rise / (40.0 + shift)), "B": rise, "C": shift}
 
 
-def modulus_constants(base: str, secant: float) -> dict[str, float]:
-    """a1, a2, b1, b2 of a family for a secant at 0.2 GPa and 80 degC [1/GPa]."""
-    return dict(zip(("a1", "a2", "b1", "b2"), (value / secant for value in OIL_FAMILIES[base].shape), strict=True))
-
-
-def family_of(base: str) -> OilFamily:
-    """The family of a base oil; `InputError` if there is none."""
-    if base not in OIL_FAMILIES:
-        hint = near(base, OIL_FAMILIES) or "For a semi-synthetic oil use the main base."
-        raise InputError("base", base, "one of " + ", ".join(OIL_FAMILIES), hint)
-    return OIL_FAMILIES[base]
-
-
 def generic_card(
     base: str,
     viscosity_40: float | None = None,
@@ -251,7 +238,10 @@ def generic_card(
     viscosity_index: with one of the viscosities or iso_vg.
     """
     base = same_name(base, OIL_FAMILIES)
-    family = family_of(base)
+    if base not in OIL_FAMILIES:
+        hint = near(base, OIL_FAMILIES) or "For a semi-synthetic oil use the main base."
+        raise InputError("base", base, "one of " + ", ".join(OIL_FAMILIES), hint)
+    family = OIL_FAMILIES[base]
     given = [value is not None for value in (viscosity_40, viscosity_100, viscosity_index)]
     if (sum(given) != 2) if iso_vg is None else any(given[:2]):
         hint = "Use nu_40 and nu_100 of the data sheet, or one of them and viscosity_index; otherwise iso_vg."
@@ -279,7 +269,7 @@ def generic_card(
         second = f"viscosity index {viscosity_index:g} (ASTM D2270)"
     elif known:
         second = "nu40 and nu100 given"
-    constants = vogel_constants(viscosity_40, viscosity_100, density, coefficient) | modulus_constants(base, secant)
+    moduli = dict(zip(("a1", "a2", "b1", "b2"), (value / secant for value in family.shape), strict=True))
     return {
         "name": name or words,
         "description": f"generic {base} oil" + (f" ISO VG {iso_vg:g}" if iso_vg is not None else ""),
@@ -291,7 +281,7 @@ def generic_card(
         "viscosity_kinematic_40": viscosity_40,
         "viscosity_kinematic_100": viscosity_100,
         "density_15": density,
-        "viscosity": {"law": "modulus", **constants},
+        "viscosity": {"law": "modulus", **vogel_constants(viscosity_40, viscosity_100, density, coefficient), **moduli},
         "pressure_viscosity": {"law": "modulus"},
         "temperature_valid": TEMPERATURES,
         "pressure_valid": 0.7e9,

@@ -128,8 +128,8 @@ def share_left_out(surface: SurfaceInput, cutoff: float) -> float:
 
 
 def _split_measured(path: str, surface: SurfaceInput, cutoff: float) -> tuple[RoughProfile | None, float, float]:
-    x, heights, _ = profile_points(path, unit_x=surface.profile_unit_x, unit_height=surface.profile_unit_height)
-    spacing = float(x[1] - x[0])
+    found, heights, _ = profile_points(path, unit_x=surface.profile_unit_x, unit_height=surface.profile_unit_height)
+    spacing = found.spacing
     level = detrended(heights, surface.detrend)
     in_band = gaussian_mean_line(level, spacing, surface.cutoff_short)
     try:

@@ -53,11 +53,6 @@ class Grading:
     terms: FloatArray  # shape (3, K): centres, widths, amounts
     features: Features
 
-    @property
-    def size(self) -> float:
-        """Length of the loaded zone of the graded features."""
-        return self.features.size
-
     def points(self, count: int) -> FloatArray:
         """``count`` points, uniform in the integral of the density (a sum of arctangents)."""
         x = np.empty(count)

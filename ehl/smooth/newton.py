@@ -46,7 +46,8 @@ class NodeGrid:
     def mesh(self) -> _kernels.Mesh:
         """Mesh for the compiled kernels."""
         grading = self.grading
-        return _kernels.Mesh(self.nodes, self.faces, self.weights, self.kernel, float(grading.x_in), grading.size)
+        size = grading.features.size
+        return _kernels.Mesh(self.nodes, self.faces, self.weights, self.kernel, float(grading.x_in), size)
 
 
 @dataclass
@@ -192,4 +193,4 @@ def numbers_of(level: Level, shear: FilmShear) -> Numbers:
 
 def friction_inlet(level: Level) -> float:
     """Start of the integrals of the shear, in half-widths."""
-    return -FRICTION_INLET * level.grid.grading.size
+    return -FRICTION_INLET * level.features.size

@@ -113,15 +113,15 @@ def prepared_profile(
 
 def profile_points(
     path: str | Path, *, unit_x: str = "", unit_height: str = ""
-) -> tuple[FloatArray, FloatArray, tuple[str, ...]]:
-    """Positions and heights of a file [m] with gaps and spikes interpolated, and notes; of a map one line.
+) -> tuple[MeasuredHeights, FloatArray, tuple[str, ...]]:
+    """Heights of a file [m] with gaps and spikes interpolated, of a map those of one line, and notes.
 
     `require_plausible` describes the accepted range.
     """
     found = read_heights(path, unit_x=unit_x, unit_height=unit_height).cleaned()
     heights, notes = typical_line(found)
-    require_plausible(Path(path).name, found.x, heights, found.unit)
-    return found.x, heights, (*found.notes, *notes)
+    require_plausible(Path(path).name, found.spacing, heights, found.unit)
+    return found, heights, (*found.notes, *notes)
 
 
 def typical_line(found: MeasuredHeights) -> tuple[FloatArray, tuple[str, ...]]:
@@ -135,16 +135,15 @@ def typical_line(found: MeasuredHeights) -> tuple[FloatArray, tuple[str, ...]]:
     return found.heights[chosen], (note,)
 
 
-def require_plausible(name: str, x: FloatArray, heights: FloatArray, unit: str = "m") -> None:
+def require_plausible(name: str, step: float, heights: FloatArray, unit: str) -> None:
     """Check that heights are those of a technical surface; a wrong unit is the usual cause if they are not.
 
     name: name of the file.
-    x, heights (n,): equidistant positions and heights [m].
+    step, heights (n,): distance of the points and heights [m].
     unit: unit in which the heights were read.
     Raises `InputError`: Rq without the form is not 2 nm to 20 um, or the RMS slope of waves longer than 2.5 um exceeds
         0.5.
     """
-    step = float(x[1] - x[0])
     level = detrended(heights)
     rms = float(np.std(level))
     slope = float(np.std(np.diff(gaussian_mean_line(level, step, max(SLOPE_CUTOFF, 2.0 * step))))) / step
@@ -170,6 +169,6 @@ def load_profile(
 
     preparation: cut-offs and other parameters of `prepared_profile`.
     """
-    x, heights, notes = profile_points(path, unit_x=unit_x, unit_height=unit_height)
+    found, heights, notes = profile_points(path, unit_x=unit_x, unit_height=unit_height)
     source = f"measured: {Path(path).name}"
-    return prepared_profile(x, heights, detrend_order=detrend, source=source, notes=notes, **preparation)
+    return prepared_profile(found.x, heights, detrend_order=detrend, source=source, notes=notes, **preparation)

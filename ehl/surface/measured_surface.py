@@ -16,8 +16,8 @@ from ehl.common.figures import BLUE, GREY, ORANGE, new_figure
 from ehl.common.pages import TableResult
 from ehl.common.table import Column, Table
 from ehl.common.units import ValueRange
-from ehl.surface.measured_profile import detrended, gaussian_mean_line, require_plausible, typical_line
-from ehl.surface.profile_file import MeasuredHeights, read_heights
+from ehl.surface.measured_profile import detrended, gaussian_mean_line, profile_points
+from ehl.surface.profile_file import MeasuredHeights
 from ehl.surface.roughness import measured_correlation_length, moments
 
 if TYPE_CHECKING:
@@ -181,14 +181,12 @@ def measured_surface(
     """
     if not 1 <= detrend <= 8:
         raise InputError("detrend", detrend, "1 to 8")
-    found = read_heights(path, unit_x=unit_x, unit_height=unit_height).cleaned()
-    raw, told = typical_line(found)
-    require_plausible(Path(path).name, found.x, raw, found.unit)
+    found, raw, read = profile_points(path, unit_x=unit_x, unit_height=unit_height)
     level = _levelled(found.heights, detrend)
     step, length = found.spacing, found.spacing * found.heights.shape[1]
     long = None if cutoff_long is None else _CUTOFF.check(cutoff_long, "cutoff_long")
     short = None if cutoff_short is None else _CUTOFF.check(cutoff_short, "cutoff_short")
-    notes = [*found.notes, *told]
+    notes = list(read)
     if long is None or short is None:
         chosen = _standard_cutoffs(level, step, length / 5.0)
         if long is None and chosen[1] > length / 5.0:

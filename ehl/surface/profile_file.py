@@ -265,7 +265,7 @@ class _Text:
             if any(units):
                 found = units
                 break
-        stated = next(iter(self._stated_units()), "")
+        stated = self._stated_unit()
         return self.given[0] or found[x] or stated, self.given[1] or found[z] or stated
 
     def _lengths(self, words: str) -> list[float]:
@@ -317,14 +317,14 @@ class _Text:
         if not spacing:
             allowed = "positions and heights, or a spacing in the header such as 'spacing: 0.5 um'"
             raise _OtherFormat("profile", self.name, allowed, "The file has one column.")
-        unit = self.given[1] or next(iter(self._stated_units()), "")
+        unit = self.given[1] or self._stated_unit()
         return MeasuredHeights(self.name, values[None, :] * self._scale(unit, "unit_height"), spacing[0], unit=unit)
 
-    def _stated_units(self) -> list[str]:
-        """Units of the heights that the header states."""
+    def _stated_unit(self) -> str:
+        """Unit of the heights that the header states; empty if there is none."""
         stated = [found[1] for pattern in (_VALUE_UNIT, _ANY_UNIT) if (found := pattern.search(self.header))]
         heads = [_unit_of(line) for line in reversed(self.block.header) if _ALTITUDE.match(line)]
-        return [unit for unit in (*stated, *heads) if _unit_of(unit)]
+        return next(filter(_unit_of, (*stated, *heads)), "")
 
     def _matrix(self, data: FloatArray) -> MeasuredHeights:
         rows, columns = data.shape
@@ -332,7 +332,7 @@ class _Text:
         steps = self._lengths(_SPACING)
         if all(sizes):
             steps = [sizes[0][0] / columns, sizes[1][0] / rows]
-        unit = self.given[1] or next(iter(self._stated_units()), "")
+        unit = self.given[1] or self._stated_unit()
         if not steps or not unit:
             hint = (
                 f"The table that begins in line {self.block.first} has {columns} columns. The header of a map "

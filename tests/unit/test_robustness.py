@@ -26,8 +26,9 @@ import regression
 from ehl.common.errors import InputError
 from ehl.common.figures import save_figure
 from ehl.common.files import MAX_BYTES, MAX_DEPTH, MAX_KEYS, parse_json, parse_toml, read_text
-from ehl.common.pages import figure_svg
+from ehl.common.pages import picture_svg
 from ehl.common.runner import checked_jobs
+from ehl.common.sections import Picture
 from ehl.common.table import Table
 from ehl.common.table_reader import MAX_CELLS, MAX_ROWS, harmless, read_table
 from ehl.common.units import ValueRange, parse_quantity
@@ -509,7 +510,7 @@ def test_any_name_is_drawn(name: str, suffix: str, tmp_path: Path) -> None:
     axes.legend()
     save_figure(figure, tmp_path / f"figure{suffix}")
     assert (tmp_path / f"figure{suffix}").stat().st_size > 1000
-    assert suffix != ".svg" or "☃" not in name or f">{name}<" in figure_svg(figure)
+    assert suffix != ".svg" or "☃" not in name or f">{name}<" in picture_svg(Picture(lambda: figure, ""))
 
 
 def test_brackets_in_an_option_are_no_markup(mixed_ehl: Cli) -> None:

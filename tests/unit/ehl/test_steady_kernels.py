@@ -216,7 +216,7 @@ def test_residual(grid):
     np.testing.assert_allclose(state[_kernels.X], x, rtol=1e-14)
     np.testing.assert_allclose(state[_kernels.FILM], film, rtol=1e-8)
     rho, f = state[_kernels.RHO], state[_kernels.F]
-    twin = twin_residual(x, x_face, grid.grading.size, case.lam, u[:-3], film, flow, rho, f)
+    twin = twin_residual(x, x_face, grid.grading.features.size, case.lam, u[:-3], film, flow, rho, f)
     np.testing.assert_allclose(residual[:-1], twin, rtol=1e-5, atol=1e-8 * np.abs(twin).max())
     upstream = 2.0 * case.lam / (3.0 * x[0] ** 2)
     assert residual[-1] == pytest.approx(stretch * (grid.weights @ u[:-3]) + upstream - 0.5 * np.pi, rel=1e-12)
