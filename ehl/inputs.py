@@ -268,6 +268,11 @@ class SurfaceInput(InputModel):
         }
 
     @property
+    def each(self) -> tuple[tuple[float, str | None], tuple[float, str | None]]:
+        """Rq before running-in [m] and measured profile of both surfaces."""
+        return (self.roughness_rms_1, self.profile_1), (self.roughness_rms_2, self.profile_2)
+
+    @property
     def measured(self) -> bool:
         """Whether a measured profile is given."""
         return self.profile_1 is not None or self.profile_2 is not None

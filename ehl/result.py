@@ -185,7 +185,7 @@ class ContactResult(Reportable):
         return Table(
             known,
             [[getattr(self, name) for name in known]] if known else [],
-            title=self._title(),
+            title=f"line contact, {self.operating_point}".removesuffix(", "),
             notes=(self.outcome, *self._remarks(), self.cost),
             name="contact",
             vertical=True,
@@ -209,9 +209,6 @@ class ContactResult(Reportable):
         found = {"contact", *self.problem.lubricant.references()}
         found |= {"rough contact", "film formula"} if self.transient is not None else set()
         return found | ({"heat"} if self.heat is not None else set())
-
-    def _title(self) -> str:
-        return f"line contact, {self.operating_point}".removesuffix(", ")
 
     @property
     def operating_point(self) -> str:

@@ -9,7 +9,7 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import cache, wraps
+from functools import cache
 from typing import Any, ParamSpec, TypeVar
 
 P = ParamSpec("P")
@@ -86,16 +86,7 @@ def single_thread() -> Iterator[None]:
 
 def one_thread(function: Callable[P, R]) -> Callable[P, R]:
     """Decorator that runs a function with `single_thread`."""
-
-    @wraps(function)
-    def run(*args: P.args, **kwargs: P.kwargs) -> R:
-        _limit.begin()
-        try:
-            return function(*args, **kwargs)
-        finally:
-            _limit.end()
-
-    return run
+    return single_thread()(function)
 
 
 @cache

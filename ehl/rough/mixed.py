@@ -71,9 +71,7 @@ def split_surfaces(surface: SurfaceInput, half_width: float, length: float, cuto
     """
     kept: list[RoughProfile | None] = []
     whole = below = slope = 0.0
-    for number, (rms, path) in enumerate(
-        ((surface.roughness_rms_1, surface.profile_1), (surface.roughness_rms_2, surface.profile_2)), start=1
-    ):
+    for number, (rms, path) in enumerate(surface.each, start=1):
         if path is not None:
             profile, fine_rms, fine_slope = _split_measured(path, surface, cutoff)
         elif rms > 0.0:
@@ -246,9 +244,7 @@ def rough_surfaces(surface: SurfaceInput, contact: LineContact) -> RoughSurfaces
     """
     half_width = contact.half_width
     profiles: list[RoughProfile | None] = []
-    for number, (rms, path) in enumerate(
-        ((surface.roughness_rms_1, surface.profile_1), (surface.roughness_rms_2, surface.profile_2)), start=1
-    ):
+    for number, (rms, path) in enumerate(surface.each, start=1):
         if path is not None:
             profiles.append(load_profile(path, cutoff_short=surface.cutoff_short, **surface.profile_reading))
         elif rms > 0.0:
@@ -293,7 +289,7 @@ class SmoothFriction:
 def profile_notes(surface: SurfaceInput) -> tuple[str, ...]:
     """Notes on the processing of measured profiles: gaps, spikes, the line of a map."""
     units = {"unit_x": surface.profile_unit_x, "unit_height": surface.profile_unit_height}
-    paths = dict.fromkeys(path for path in (surface.profile_1, surface.profile_2) if path is not None)
+    paths = dict.fromkeys(path for _, path in surface.each if path is not None)
     return tuple(f"{Path(path).name}: {note}" for path in paths for note in profile_points(path, **units)[2])
 
 
@@ -355,13 +351,8 @@ def solve_mixed(
             raise
     coarse = _with_subgrid_film(problem, smooth, common)
     if surface.running_in != "none":
-        coarse = replace(
-            coarse,
-            notes=(
-                *coarse.notes,
-                "running-in changes only Rq, not the shape of the peaks: the roughness is finer than the mesh",
-            ),
-        )
+        note = "running-in changes only Rq, not the shape of the peaks: the roughness is finer than the mesh"
+        coarse = replace(coarse, notes=(*coarse.notes, note))
     if coarse.status == "converged" and coarse.friction_error <= ERROR_ALLOWED * model.tolerance:
         return coarse
     if needed <= most:

@@ -101,31 +101,21 @@ def solve_smooth(
         return replace(base, skipped=(*isothermal.skipped, skipped))
 
     rounds, iterations, tolerance = 0, isothermal.iterations, ROUND_TOLERANCE[accuracy]
-    for oil, cold, fallback in _references(contact, lubricant, bulk, isothermal):
-        model, scaled = (
-            HeatModel(contact, oil, bodies, bulk),
-            cold.scaled if not fallback else scaled_contact(contact, oil),
-        )
-        blunt = scaled.rounded()
-        ways = [scaled, blunt] if blunt.gamma > scaled.gamma else [scaled]
-        if fallback == ROUNDED:
-            ways = ways[1:]
-        for way in ways:
-            fallbacks = [ROUNDED] if way.gamma > scaled.gamma else []
-            hot, report, reason = HotFilm(model, way, film_shear(contact, oil), tolerance), PathReport(), ""
-            try:
-                with undisturbed():
-                    offset = None
-                    if start_heat is not None and oil is lubricant:
-                        # temperatures of the neighbour, scaled to the exit of this contact
-                        stretch = isothermal.x_exit / start_heat.x[-1] / contact.half_width
-                        offset = Offset(stretch * start_heat.x, start_heat.log_viscosity_offset)
-                    film = _solved(hot, scaled, cold, offset, accuracy, report, fallbacks)
-            except NewtonFailure as failure:
-                reason = failure.reason
-            rounds, iterations = rounds + hot.rounds, iterations + report.iterations
-            if not reason:
-                break
+    for oil, cold, scaled, way in _ways(contact, lubricant, bulk, isothermal):
+        fallbacks = [ROUNDED] if way.gamma > scaled.gamma else []
+        hot = HotFilm(HeatModel(contact, oil, bodies, bulk), way, film_shear(contact, oil), tolerance)
+        report, reason = PathReport(), ""
+        try:
+            with undisturbed():
+                offset = None
+                if start_heat is not None and oil is lubricant:
+                    # temperatures of the neighbour, scaled to the exit of this contact
+                    stretch = isothermal.x_exit / start_heat.x[-1] / contact.half_width
+                    offset = Offset(stretch * start_heat.x, start_heat.log_viscosity_offset)
+                film = _solved(hot, scaled, cold, offset, accuracy, report, fallbacks)
+        except NewtonFailure as failure:
+            reason = failure.reason
+        rounds, iterations = rounds + hot.rounds, iterations + report.iterations
         if not reason:
             break
     if reason:
@@ -139,9 +129,8 @@ def solve_smooth(
         own = lubricant.log_viscosity(hot.found.pressure, hot.found.temperature)
         own -= math.log(lubricant.viscosity_inlet) + lubricant.log_viscosity_ratio(hot.found.pressure)
         heat = replace(heat, log_viscosity_offset=own)
-    power = float(np.trapezoid(film.shear_stress, film.x)) * contact.speed_sliding + float(
-        np.trapezoid(heat.rolling_heat, heat.x)
-    )
+    friction, rolling = np.trapezoid(film.shear_stress, film.x), np.trapezoid(heat.rolling_heat, heat.x)
+    power = float(friction) * contact.speed_sliding + float(rolling)
     into = float(np.trapezoid(heat.heat_flux_1 + heat.heat_flux_2, heat.x))
     return replace(
         base,
@@ -158,6 +147,19 @@ def solve_smooth(
         rounds_left=bool(max(hot.change) > tolerance),
         skipped=(),
     )
+
+
+def _ways(
+    contact: LineContact, lubricant: Lubricant, bulk: tuple[float, float], isothermal: SteadyResult
+) -> Iterator[tuple[Lubricant, Level, ScaledContact, ScaledContact]]:
+    """The references with the scaled contact, and the contact to be solved: this one, then with a rounded spike."""
+    for oil, cold, fallback in _references(contact, lubricant, bulk, isothermal):
+        scaled = scaled_contact(contact, oil) if fallback else cold.scaled
+        blunt = scaled.rounded()
+        if fallback != ROUNDED:
+            yield oil, cold, scaled, scaled
+        if blunt.gamma > scaled.gamma:
+            yield oil, cold, scaled, blunt
 
 
 def _references(

@@ -18,8 +18,14 @@ Moving = Callable[[ContactProblem, float], ContactProblem]
 Case = TypeVar("Case")
 
 THICK = 3.0  # film ratio above which the effect of roughness is negligible
-# allowed range of the boundary film [m], and smallest Peklenik number of a contact file
-FILMS, LAY_LEAST = (5e-9, 300e-9), 1.0 / 3.0
+FILMS = (5e-9, 300e-9)  # allowed range of the boundary film [m]
+# of the parameters of the surfaces; 1/3 is the smallest Peklenik number of a contact file
+LIMITS = {
+    "correlation_length": (0.0, math.inf),
+    "peklenik_number": (1.0 / 3.0, math.inf),
+    "boundary_film": FILMS,
+    "boundary_friction": (0.0, 1.0),
+}
 
 
 def varied_lubricant(lubricant: Lubricant, name: str, factor: float) -> Lubricant:
@@ -68,7 +74,7 @@ def uncertain_contact_inputs(
         if not spread.known:
             found.append(UncertainInput(name, input, spread, at))
 
-    def of_surface(fields: Sequence[str], spread: Spread, low: float = 0.0, high: float = math.inf) -> Moving:
+    def of_surface(fields: Sequence[str], spread: Spread, low: float, high: float) -> Moving:
         def at(given: ContactProblem, z: float) -> ContactProblem:
             values = {field: getattr(given.surface, field) for field in fields}
             if "boundary_film" in values:
@@ -90,14 +96,10 @@ def uncertain_contact_inputs(
         spread = spreads.spread("roughness_rms")
         for fields in groups:
             name = fields[0] if len(fields) == 1 else "roughness_rms"
-            entry(name, "roughness_rms", spread, of_surface(fields, spread))
-        length = spreads.spread("correlation_length")
-        entry("correlation_length", "correlation_length", length, of_surface(["correlation_length"], length))
-        lay = spreads.spread("peklenik_number")
-        entry("peklenik_number", "peklenik_number", lay, of_surface(["peklenik_number"], lay, LAY_LEAST))
-        film, friction = spreads.spread("boundary_film"), spreads.spread("boundary_friction")
-        entry("boundary_film", "boundary_film", film, of_surface(["boundary_film"], film, *FILMS))
-        entry("boundary_friction", "boundary_friction", friction, of_surface(["boundary_friction"], friction, 0.0, 1.0))
+            entry(name, "roughness_rms", spread, of_surface(fields, spread, 0.0, math.inf))
+        for name, limits in LIMITS.items():
+            spread = spreads.spread(name)
+            entry(name, name, spread, of_surface([name], spread, *limits))
     if problem.model.thermal != "off":
         bulk = spreads.spread("temperature_bulk")
 

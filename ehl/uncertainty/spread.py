@@ -39,11 +39,8 @@ def _slopes() -> dict[str, tuple[FloatArray, FloatArray, FloatArray]]:
         for row in csv.DictReader(file):
             numbers = tuple(float(row[name]) for name in ("film_ratio", "slope_below", "slope_above"))
             rows.setdefault(row["input"], []).append(numbers)
-    return {name: (np.log(found[:, 0]), found[:, 1], found[:, 2]) for name, found in _arrays(rows)}
-
-
-def _arrays(rows: dict[str, list[tuple[float, ...]]]) -> list[tuple[str, FloatArray]]:
-    return [(name, np.array(sorted(found))) for name, found in rows.items()]
+    columns = {name: np.array(sorted(found)).T for name, found in rows.items()}
+    return {name: (np.log(ratios), below, above) for name, (ratios, below, above) in columns.items()}
 
 
 def stated_change(
