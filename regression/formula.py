@@ -20,7 +20,6 @@ from ehl.common.pages import Reportable
 from ehl.common.progress import report_progress
 from ehl.common.runner import checked_jobs
 from ehl.common.sections import Medium, Section
-from ehl.common.table import Column, Table
 from ehl.common.threads import one_thread
 from ehl.common.units import ValueRange
 from ehl.fluid.oil import Oil
@@ -202,7 +201,11 @@ class Formula(FittedFormula, Reportable):
 
     def to_frame(self) -> pd.DataFrame:
         """One row per term: `term`, `value`, `standard_error`, `variance_inflation`, `dropped`."""
-        return self._coefficients().to_frame()
+        import pandas as pd
+
+        others = (self.standard_errors, self.variance_inflation, self.dropped)
+        rows = [(term, self.coefficients[term], *(values.get(term) for values in others)) for term in self.form.terms]
+        return pd.DataFrame(rows, columns=["term", "value", "standard_error", "variance_inflation", "dropped"])
 
     def __repr__(self) -> str:
         v, terms = self.validation, len(self.coefficients) - len(self.dropped)
@@ -216,20 +219,10 @@ class Formula(FittedFormula, Reportable):
     __str__ = __repr__
 
     def _repr_html_(self) -> str:
-        from regression.view.tables import family_table
+        from regression.view.tables import coefficient_table, family_table
 
-        tables = [self._coefficients()]
-        if len(self.candidates) > 1:
-            tables.insert(0, family_table(self.candidates))
-        return "\n".join(table.html() for table in tables)
-
-    def _coefficients(self) -> Table:
-        others = (self.standard_errors, self.variance_inflation, self.dropped)
-        rows = [(term, self.coefficients[term], *(values.get(term) for values in others)) for term in self.form.terms]
-        # "value" is the name of a pressure-viscosity coefficient; the columns here have no unit
-        names = ("standard_error", "variance_inflation", "dropped")
-        columns = [Column(name, label=name.replace("_", " "), digits=3) for name in names]
-        return Table(["term", Column("number", label="value"), *columns], rows, title=repr(self))
+        ranking = [family_table(self.candidates)] if len(self.candidates) > 1 else []
+        return "\n".join(table.html() for table in (*ranking, coefficient_table(self, repr(self))))
 
     def _fitted(self, dataset: Results | None) -> FitRecord:
         """Families and their fitted data."""

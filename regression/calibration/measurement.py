@@ -45,13 +45,8 @@ class Measurement:
     friction: FloatArray
     uncertainty: FloatArray
     curve: tuple[str, ...]  # label of each row
-    # number of each row in the file, counted from 1 (first of averaged rows); default: with a header of one line
-    row_numbers: tuple[int, ...] = ()
+    row_numbers: tuple[int, ...]  # number of each row in the file, counted from 1 (first of averaged rows)
     notes: tuple[str, ...] = ()  # processing of the rows
-
-    def __post_init__(self) -> None:
-        if not self.row_numbers:
-            object.__setattr__(self, "row_numbers", tuple(range(2, self.size + 2)))
 
     @property
     def size(self) -> int:

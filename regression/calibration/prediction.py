@@ -277,14 +277,13 @@ class FrictionSolver:
         """
         wanted = np.ones(self.roughness.size, dtype=bool) if rows is None else rows
         keys = [tuple(values[name] for name in sorted(values)) for values in sets]
-        open_sets = []
-        for key in keys:
+        fresh: dict[tuple[float, ...], Values] = {}
+        for key, values in zip(keys, sets, strict=True):
             known = self._known.setdefault(key, np.full((self.roughness.size, PARTS + 1), np.nan))
             if np.isnan(known[wanted, PARTS]).any():
-                open_sets.append(key)
-        fresh = [i for i, key in enumerate(keys) if key in open_sets and keys.index(key) == i]
+                fresh[key] = values
         if fresh:
-            self._solve([sets[i] for i in fresh], [keys[i] for i in fresh], wanted)
+            self._solve(list(fresh.values()), list(fresh), wanted)
         return np.array([self._known[key][:, :PARTS] for key in keys])
 
     def _solve(self, sets: Sequence[Values], keys: Sequence[tuple[float, ...]], wanted: BoolArray) -> None:

@@ -18,6 +18,7 @@ from ehl.common.errors import InputError
 from ehl.common.files import replacing
 from ehl.common.pages import TableResult
 from ehl.common.progress import duration
+from ehl.common.quantities import quantity
 from ehl.common.sections import Head, Medium, Section
 from ehl.common.table import Column, Table
 from ehl.common.table_reader import harmless
@@ -355,11 +356,10 @@ class RunStatus(TableResult):
     def table(self) -> Table:
         """One row per result file."""
         seconds = sum(shard.seconds for shard in self.shards)
-        rows = []
-        for shard in self.shards:
-            failed = counted_reasons(shard.failed) or 0
-            counts = (shard.finished, shard.converged, shard.unsettled, failed)
-            rows.append((shard.path.name, *counts, shard.seconds))
+        rows = [
+            (s.path.name, s.finished, s.converged, s.unsettled, counted_reasons(s.failed) or 0, s.seconds)
+            for s in self.shards
+        ]
         columns = ("file", "finished", "converged", "unsettled", "failed", Column("seconds_cpu", label="CPU time"))
         title = f"{self.plan_name}: {self.finished} of {self.planned} cases"
         note = f"CPU time of all cases {duration(seconds)}, of the longest {duration(self.longest)}"
@@ -367,11 +367,10 @@ class RunStatus(TableResult):
 
     def failed_table(self) -> Table:
         """One row per case without a result: reason, key, attempts, conditions, wall time."""
-        symbols = {"pressure_hertz": "p_h", "radius_equivalent": "R", "speed_entrainment": "u_r", "slide_to_roll": "SR"}
-        symbols |= {"temperature_oil": "T", "roughness_rms": "Rq"}
-        shown = [Column(name, label=symbol, digits=3) for name, symbol in symbols.items()]
+        names = (*_WHERE, "roughness_rms")
+        shown = [Column(name, label=quantity(name).symbol, digits=3) for name in names]
         rows = [
-            (case.reason, case.key[:12], case.attempts, *(case.conditions[name] for name in symbols), case.seconds)
+            (case.reason, case.key[:12], case.attempts, *(case.conditions[name] for name in names), case.seconds)
             for case in self.failed
         ]
         title = f"{len(self.failed)} failed cases"

@@ -149,9 +149,6 @@ def assignments(program: Program, printer: Printer) -> list[tuple[str, str, Valu
     ]
 
 
-_NO_GUARD = ("Points within the range, but far from all fitted cases, are not flagged.",)
-
-
 def description(program: Program) -> list[str]:
     """Head of every program: origin, arguments, results, errors."""
     formula = program.formula
@@ -163,6 +160,7 @@ def description(program: Program) -> list[str]:
         for name, text in ranges.items()
         if name not in program.arguments
     ]
+    unguarded = formula.cloud is not None and "guard" not in program.operations
     oil = program.oil or "any: its properties are arguments"
     if program.oil is None and len(formula.oils) == 1 and formula.oils[0].name is not None:
         oil = f"its properties are arguments; the formula was fitted to {formula.oils[0].name}"
@@ -182,7 +180,7 @@ def description(program: Program) -> list[str]:
         "  mu: friction coefficient, without rolling traction; NaN where the formula has no value",
         f"  lower, upper: interval with {wide:g} % of the held-out cases; outside the range with the largest error",
         f"  flag: {flag_meanings(program)}",
-        *(_NO_GUARD if formula.cloud is not None and "guard" not in program.operations else ()),
+        *(("Points within the range, but far from all fitted cases, are not flagged.",) if unguarded else ()),
         *((f"Range also: {', '.join(others)}.",) if others else ()),
     ]
 

@@ -105,19 +105,16 @@ def lubricant_row(lubricant: Lubricant, pressure_hertz: float) -> dict[str, floa
 
 # inputs of a contact point with unit and range, in the order of `mixed-ehl mu`
 POINT: dict[str, ValueRange] = {
-    name: value_range(annotation)
-    for name, annotation in (
-        ("pressure_hertz", inputs.Pressure),
-        ("radius_equivalent", inputs.Radius),
-        ("speed_entrainment", inputs.Speed),
-        ("slide_to_roll", inputs.SlideToRoll),
-        ("temperature_oil", Temperature),
-        ("roughness_rms", inputs.Rms),
-        ("speed_sliding_lengthwise", inputs.SlidingSpeed),
-        ("correlation_length", inputs.Length),
-        ("peklenik_number", inputs.PeklenikNumber),
-        ("effective_modulus", inputs.Modulus),
-    )
+    "pressure_hertz": value_range(inputs.Pressure),
+    "radius_equivalent": value_range(inputs.Radius),
+    "speed_entrainment": value_range(inputs.Speed),
+    "slide_to_roll": value_range(inputs.SlideToRoll),
+    "temperature_oil": value_range(Temperature),
+    "roughness_rms": value_range(inputs.Rms),
+    "speed_sliding_lengthwise": value_range(inputs.SlidingSpeed),
+    "correlation_length": value_range(inputs.Length),
+    "peklenik_number": value_range(inputs.PeklenikNumber),
+    "effective_modulus": value_range(inputs.Modulus),
 }
 _COUNTER_ROLLING = 2.0  # slide-to-roll ratio at which one surface is stationary
 _NEEDED = ("pressure_hertz", "radius_equivalent", "speed_entrainment", "slide_to_roll", "temperature_oil")
@@ -252,8 +249,14 @@ def derived_conditions(table: Conditions) -> dict[str, Array]:
         "slide_to_roll_total": sliding / np.abs(speed),
         "roughness_rms": rough,
         "film_formula": film,
-        "film_ratio_formula": np.divide(film, rough, out=np.full_like(film, np.inf), where=rough > 0.0),
+        "film_ratio_formula": film_over_roughness(film, rough),
     }
+
+
+def film_over_roughness(film: Array, roughness: Array) -> Array:
+    """Film ratio; infinite for smooth surfaces."""
+    ratio: Array = np.divide(film, roughness, out=np.full_like(film, np.inf), where=roughness > 0.0)
+    return ratio
 
 
 # dimensionless groups of a rough, thermal line contact, in which friction varies more smoothly than in its inputs. They

@@ -82,9 +82,9 @@ class DataCloud(InputModel):
     def _whitened(self, logarithms: Array) -> Array:
         return np.asarray((logarithms - np.array(self.mean)) @ np.array(self.whitening).T)
 
-    def distance(self, conditions: Conditions) -> Array:
-        """Distance to the nearest of `points` over the covering radius, at most 1 at fitted cases."""
-        return _nearest(self.whitened(conditions), self._points) / self.radius
+    def distance(self, z: Array) -> Array:
+        """Distance of whitened points to the nearest of `points` over the covering radius, at most 1 at cases."""
+        return _nearest(z, self._points) / self.radius
 
     @property
     def step(self) -> float:
@@ -113,8 +113,8 @@ class DataCloud(InputModel):
         shape = np.shape(conditions["pressure_hertz"])
         logarithms = _logarithms(conditions, self.variables)
         z = self._whitened(logarithms)
-        distance = _nearest(z, self._points) / self.radius
-        near, far = self.near_and_far(distance, np.linalg.norm(z, axis=1), self.pair_margin(logarithms) < 0.0)
+        outside = self.pair_margin(logarithms) < 0.0
+        near, far = self.near_and_far(self.distance(z), np.linalg.norm(z, axis=1), outside)
         return (near.astype(np.int8) + (near & far)).reshape(shape)
 
     def near_and_far(

@@ -96,12 +96,18 @@ def schlenk_1994(
     roughness_ra: mean of both Ra [m].
     lubricant_factor: XL, see `lubricant_factor_niemann`.
     """
-    load = np.asarray(load_per_length, dtype=float) * 1e-3
-    radius = np.asarray(radius_equivalent, dtype=float) * 1e3
     rough = np.asarray(roughness_ra, dtype=float) * 1e6
-    viscosity = np.asarray(viscosity_inlet, dtype=float) * 1e3
-    group = load / (np.asarray(speed_sum) * radius)
-    return np.asarray(0.048 * group**0.2 * viscosity**-0.05 * rough**0.25 * np.asarray(lubricant_factor))
+    smooth = _mesh_mean(0.048, load_per_length, viscosity_inlet, speed_sum, radius_equivalent)
+    return np.asarray(smooth * rough**0.25 * np.asarray(lubricant_factor))
+
+
+def _mesh_mean(
+    factor: float, load_per_length: ArrayLike, viscosity: ArrayLike, speed_sum: ArrayLike, radius: ArrayLike
+) -> Array:
+    """The mean of a mesh by load, speed, radius and viscosity, without the roughness."""
+    load, millimetres = np.asarray(load_per_length, dtype=float) * 1e-3, np.asarray(radius, dtype=float) * 1e3
+    group = load / (np.asarray(speed_sum) * millimetres)
+    return np.asarray(factor * group**0.2 * (np.asarray(viscosity, dtype=float) * 1e3) ** -0.05)
 
 
 def lubricant_factor_niemann(base: str, speed_sum: ArrayLike) -> Array:
@@ -145,11 +151,8 @@ def iso_tr_14179_2(
     viscosity_inlet, speed_sum, radius_equivalent, roughness_ra: as in `schlenk_1994`.
     pinion_diameter: d1, pitch diameter of the pinion [m].
     """
-    load = np.asarray(load_per_length, dtype=float) * 1e-3
-    radius = np.asarray(radius_equivalent, dtype=float) * 1e3
-    viscosity = np.asarray(viscosity_inlet, dtype=float) * 1e3
     rough = 3.8 * (np.asarray(roughness_ra) * 1e6 / (np.asarray(pinion_diameter) * 1e3)) ** 0.25
-    return np.asarray(0.045 * (load / (np.asarray(speed_sum) * radius)) ** 0.2 * viscosity**-0.05 * rough)
+    return np.asarray(_mesh_mean(0.045, load_per_length, viscosity_inlet, speed_sum, radius_equivalent) * rough)
 
 
 def misharin_1958(viscosity_kinematic: ArrayLike, speed_sliding: ArrayLike, speed_sum: ArrayLike) -> Array:

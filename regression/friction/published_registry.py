@@ -6,6 +6,7 @@ stated in `applied` (own choice).
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from inspect import signature
 from pathlib import PurePath
 from typing import Literal
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 from ehl.fluid.oil import Oil
 from ehl.fluid.oil_family import FAMILIES
 from regression.friction import published as p
-from regression.friction.conditions import Array, Conditions, inlet_heating
+from regression.friction.conditions import Array, Conditions, film_over_roughness, inlet_heating
 from regression.friction.models import FrictionEstimate, FrictionFlag, FrictionModel
 
 Mask = NDArray[np.bool_]
@@ -38,12 +39,11 @@ class PublishedFriction(FrictionModel):
     name: str  # registry name, ``author_year``
     source: str  # authors, year, kind of data
     certainty: Certainty  # of the coefficients
-    function: Callable[..., Array]  # the published formula
+    # friction coefficient from the local conditions and the base oil
+    local: Callable[[Conditions, str], Array] = field(compare=False)
     # smallest and largest value of variables of `regression.friction.conditions.UNITS` in the original, SI units
     ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     range_certainty: str = "unverified"
-    # friction coefficient from the local conditions and the base oil; by default arguments are conditions of their name
-    local: Callable[[Conditions, str], Array] | None = None
     applied: str = ""  # additional assumptions at a contact point
     diverges: bool = False  # mu is infinite without sliding; it is evaluated with at least `SLIDING_FLOOR`
 
@@ -63,12 +63,10 @@ class PublishedFriction(FrictionModel):
     @property
     def certainty_words(self) -> str:
         """Explanation of `mark`; empty if all coefficients were found."""
-        which = {"published": "", "mixed": "in part ", "unverified": ""}[self.certainty]
-        return (
-            ""
-            if self.certainty == "published"
-            else f"(M): the equation is {which}unverified, compare it with the publication"
-        )
+        if self.certainty == "published":
+            return ""
+        share = "in part " if self.certainty == "mixed" else ""
+        return f"(M): the equation is {share}unverified, compare it with the publication"
 
     def references(self) -> set[str]:
         """The publication of the formula."""
@@ -92,12 +90,12 @@ class PublishedFriction(FrictionModel):
             outside |= table["speed_sliding"] < SLIDING_FLOOR
             table["speed_sliding"] = np.maximum(table["speed_sliding"], SLIDING_FLOOR)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            mu = self.local(table, base) if self.local else _by_name(self.function, table)
+            mu = self.local(table, base)
         return np.asarray(np.where(np.isfinite(mu) & (mu >= 0.0), mu, np.nan)), outside
 
 
-def _by_name(function: Callable[..., Array], c: Conditions, **derived: Array | float) -> Array:
-    """A formula at local conditions with the names of its arguments; the others are `derived`."""
+def _by_name(function: Callable[..., Array], c: Conditions, base: str, **derived: Array | float) -> Array:
+    """A formula of any oil at local conditions with the names of its arguments; the others are `derived`."""
     names = [name for name in signature(function).parameters if name not in derived]
     return function(**{name: c[name] for name in names}, **derived)
 
@@ -108,7 +106,7 @@ def _mean_ra(c: Conditions) -> Array:
 
 def _schlenk(c: Conditions, base: str) -> Array:
     factor = p.lubricant_factor_niemann(base, c["speed_sum"])
-    return _by_name(p.schlenk_1994, c, roughness_ra=_mean_ra(c), lubricant_factor=factor)
+    return _by_name(p.schlenk_1994, c, base, roughness_ra=_mean_ra(c), lubricant_factor=factor)
 
 
 def _iso_tr_14179_1(c: Conditions, base: str) -> Array:
@@ -120,11 +118,11 @@ def _iso_tr_14179_1(c: Conditions, base: str) -> Array:
 
 def _iso_tr_14179_2(c: Conditions, base: str) -> Array:
     diameter = 2.0 * c["radius_equivalent"] * (1.0 + 1.0 / 3.0) / np.sin(PRESSURE_ANGLE)
-    return _by_name(p.iso_tr_14179_2, c, roughness_ra=_mean_ra(c), pinion_diameter=diameter)
+    return _by_name(p.iso_tr_14179_2, c, base, roughness_ra=_mean_ra(c), pinion_diameter=diameter)
 
 
 def _odonoghue(c: Conditions, base: str) -> Array:
-    return _by_name(p.odonoghue_cameron_1966, c, roughness_ra=_mean_ra(c))
+    return _by_name(p.odonoghue_cameron_1966, c, base, roughness_ra=_mean_ra(c))
 
 
 def _arana_film(c: Conditions) -> Array:
@@ -147,40 +145,31 @@ def _mix(share: Array, c: Conditions, base: str, boundary_friction: float = BOUN
     return np.asarray(share * boundary_friction + (1.0 - share) * _arana_fluid(c, base))
 
 
-def _over(film: Array, roughness: Array) -> Array:
-    ratio = np.full(np.shape(film), np.inf)
-    return np.asarray(np.divide(film, roughness, out=ratio, where=roughness > 0.0))
+def _groups(c: Conditions) -> tuple[Array, Array, Array]:
+    """U, W and G of Dowson & Higginson."""
+    scale = c["effective_modulus"] * c["radius_equivalent"]
+    speed, load = c["viscosity_inlet"] * c["speed_entrainment"] / scale, np.maximum(c["load_per_length"] / scale, 1e-12)
+    return speed, load, c["pressure_viscosity_film"] * c["effective_modulus"]
 
 
 def _arana(c: Conditions, base: str) -> Array:
-    share = p.share_arana_2019(_over(_arana_film(c), c["roughness_rms"]))
+    share = p.share_arana_2019(film_over_roughness(_arana_film(c), c["roughness_rms"]))
     return _mix(share, c, base, ARANA_BOUNDARY_FRICTION)
 
 
 def _doleschel(c: Conditions, base: str) -> Array:
-    return _mix(p.share_doleschel_2002(_over(_arana_film(c), _mean_ra(c))), c, base)
+    return _mix(p.share_doleschel_2002(film_over_roughness(_arana_film(c), _mean_ra(c))), c, base)
 
 
 def _matsumoto(c: Conditions, base: str) -> Array:
-    scale = c["effective_modulus"] * c["radius_equivalent"]
-    minimum = c["radius_equivalent"] * p.pan_hamrock_1989_minimum(
-        c["viscosity_inlet"] * c["speed_entrainment"] / scale,
-        np.maximum(c["load_per_length"] / scale, 1e-12),
-        c["pressure_viscosity_film"] * c["effective_modulus"],
-    )
+    minimum = c["radius_equivalent"] * p.pan_hamrock_1989_minimum(*_groups(c))
     heights = RZ_OVER_RQ * (c["roughness_rms_1"] + c["roughness_rms_2"])
     return _mix(p.share_matsumoto_2014(heights / minimum), c, base)
 
 
 def _masjedi(c: Conditions, base: str) -> Array:
-    scale = c["effective_modulus"] * c["radius_equivalent"]
-    share = p.share_masjedi_khonsari_2012(
-        c["viscosity_inlet"] * c["speed_entrainment"] / scale,
-        np.maximum(c["load_per_length"] / scale, 1e-12),
-        c["pressure_viscosity_film"] * c["effective_modulus"],
-        c["roughness_rms"] / c["radius_equivalent"],
-        HARDNESS / c["effective_modulus"],
-    )
+    rough, hardness = c["roughness_rms"] / c["radius_equivalent"], HARDNESS / c["effective_modulus"]
+    share = p.share_masjedi_khonsari_2012(*_groups(c), rough, hardness)
     return _mix(share, c, base)
 
 
@@ -193,7 +182,7 @@ _ENTRIES = (
         "xu_kahraman_2007",
         "Xu, Kahraman, Anderson & Maddock 2007, J. Mech. Des. 129; regression of EHL results, 75W90",
         "published",
-        p.xu_kahraman_2007,
+        partial(_by_name, p.xu_kahraman_2007),
         {
             "pressure_hertz": (0.5e9, 2.5e9),
             "radius_equivalent": (5e-3, 40e-3),
@@ -208,7 +197,7 @@ _ENTRIES = (
         "benedict_kelley_1961",
         "Benedict & Kelley 1961, ASLE Trans. 4; disc tests, mineral oils",
         "mixed",
-        p.benedict_kelley_1961,
+        partial(_by_name, p.benedict_kelley_1961),
         {"roughness_rms": (0.0, 30.0 * p.MICROINCH)},
         applied="roughness factor (unverified) with the composite Rq",
         diverges=True,
@@ -217,26 +206,23 @@ _ENTRIES = (
         "schlenk_1994",
         "Schlenk; Niemann, Hoehn & Michaelis; FZG gear tests",
         "published",
-        p.schlenk_1994,
+        _schlenk,
         {"load_per_length": (150e3, np.inf)},
-        local=_schlenk,
         applied=_LOCAL_LOAD + "; XL of the standard (unverified) by base oil",
     ),
     PublishedFriction(
         "iso_tr_14179_1",
         "ISO/TR 14179-1, mesh coefficient of friction",
         "unverified",
-        p.iso_tr_14179_1,
-        local=_iso_tr_14179_1,
+        _iso_tr_14179_1,
         applied="K and V from w', R and u_r at the pitch point of a pair with 20 deg pressure angle (this work)",
     ),
     PublishedFriction(
         "iso_tr_14179_2",
         "ISO/TR 14179-2, mesh coefficient of friction",
         "unverified",
-        p.iso_tr_14179_2,
+        _iso_tr_14179_2,
         {"load_per_length": (150e3, np.inf)},
-        local=_iso_tr_14179_2,
         applied=_LOCAL_LOAD
         + "; d1 = 2 R (1 + 1/3)/sin 20 deg, a pair of ratio 3 (this work; ratio 1 gives 10 % less, a rack 7 % more)",
     ),
@@ -244,7 +230,7 @@ _ENTRIES = (
         "misharin_1958",
         "Misharin 1958; disc tests",
         "unverified",
-        p.misharin_1958,
+        partial(_by_name, p.misharin_1958),
         {"pressure_hertz": (2500.0 * p.KGF_PER_CM2, np.inf), "slide_to_roll_total": (0.4, 1.3)},
         diverges=True,
     ),
@@ -252,7 +238,7 @@ _ENTRIES = (
         "drozdov_gavrikov_1967",
         "Drozdov & Gavrikov 1967; disc tests",
         "unverified",
-        p.drozdov_gavrikov_1967,
+        partial(_by_name, p.drozdov_gavrikov_1967),
         {
             "pressure_hertz": (4000.0 * p.KGF_PER_CM2, 20000.0 * p.KGF_PER_CM2),
             "viscosity_kinematic": (4e-6, 500e-6),
@@ -264,8 +250,7 @@ _ENTRIES = (
         "odonoghue_cameron_1966",
         "O'Donoghue & Cameron 1966; disc tests",
         "unverified",
-        p.odonoghue_cameron_1966,
-        local=_odonoghue,
+        _odonoghue,
         applied="Ra = 0.798 Rq, mean of both; the unit of viscosity in the original is unknown, 2 % of mu",
         diverges=True,
     ),
@@ -273,34 +258,30 @@ _ENTRIES = (
         "arana_2019",
         "Arana, Larranaga & Ulacia 2019; load sharing 1 - erf(lambda), Eyring stress 2 Lam/alpha",
         "published",
-        p.arana_2019_fluid,
-        local=_arana,
+        _arana,
         applied=_FILM + "; mu_b = 0.065 of the authors",
     ),
     PublishedFriction(
         "doleschel_2002",
         "Doleschel; load sharing (1 - lambda/2)^2, lambda on the mean Ra",
         "published",
-        p.share_doleschel_2002,
-        local=_doleschel,
+        _doleschel,
         applied=_SHARE + "; film friction of Arana et al. instead of the measured reference values of the author",
     ),
     PublishedFriction(
         "matsumoto_morikawa_2014",
         "Matsumoto & Morikawa; load sharing 0.5 log10 D, D = (Rz1 + Rz2)/h_min",
         "published",
-        p.share_matsumoto_2014,
-        local=_matsumoto,
+        _matsumoto,
         applied=_SHARE + "; film friction of Arana et al., h_min of Pan & Hamrock, Rz = 5 Rq (this work)",
     ),
     PublishedFriction(
         "masjedi_khonsari_2012",
         "Masjedi & Khonsari 2012, J. Tribol. 134; load share of rough line contacts, fit to a statistical model",
         "unverified",
-        p.share_masjedi_khonsari_2012,
+        _masjedi,
         {"film_ratio_formula": (0.1, np.inf)},
         "estimated: the share exceeds 1 at lower values; the range of the original is unknown",
-        local=_masjedi,
         applied="film friction of Arana et al. with the inlet-heating factor of Wilson & Gupta; mu_b = 0.10 and "
         "hardness 8 GPa (this work)",
     ),

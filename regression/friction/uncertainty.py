@@ -191,9 +191,7 @@ def friction_changes(
     if solving and np.all(ratio > THICK):
         inputs = [entry for entry in inputs if entry.input not in SURFACE]
 
-    def friction(cases: list[Case]) -> list[Array]:
-        return evaluate(cases) if evaluate else friction_of_cases(cases)
-
+    friction = evaluate or friction_of_cases
     nominal: Case = (model, state, oil)
     start, *ends = friction([nominal, *(entry.moved(nominal, z) for entry in inputs for z in (-score, score))])
     parts = _parts(model, state, oil, start) if isinstance(model, FittedFormula) else None

@@ -2,14 +2,14 @@
 
 import math
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BeforeValidator, create_model
 
 from ehl import inputs as case_inputs
 from ehl.common.errors import InputError, check_count, near
 from ehl.common.units import ValueRange, value_range
-from ehl.common.validation import InputModel
+from ehl.common.validation import InputModel, value_range_of
 from ehl.fluid.lubricant_inputs import PressureViscosity, Stress, Viscosity
 from ehl.fluid.viscosity import Temperature
 from ehl.inputs import SurfaceInput
@@ -76,38 +76,23 @@ def _read_axis(value: Any, quantity: ValueRange) -> PlanAxis:
     return PlanAxis(values=evenly_spaced(low, high, scale, levels), scale=scale)
 
 
-def _axis(annotation: Any) -> Any:
-    return Annotated[PlanAxis, BeforeValidator(partial(_read_axis, quantity=value_range(annotation)))]
-
-
-def _surface(name: str) -> Any:
-    """Annotation of a field of the surface table without None."""
-    info = SurfaceInput.model_fields[name]
-    found = next((part for part in info.metadata if isinstance(part, ValueRange)), None)
-    if found is not None:
-        return Annotated[float, found]
-    return next(part for part in get_args(info.annotation) if part is not type(None))
-
-
-# the type of every variable; the names are keys of a contact file, or ratios that exist in plans only
-VARIABLES: dict[str, Any] = {
-    "pressure_hertz": case_inputs.Pressure,
-    "radius_equivalent": case_inputs.Radius,
-    "speed_entrainment": case_inputs.Speed,
-    "slide_to_roll": case_inputs.SlideToRoll,
-    "speed_sliding_lengthwise": case_inputs.SlidingSpeed,
-    "lengthwise_to_roll": case_inputs.SlideToRoll,
-    "temperature_oil": Temperature,
-    "roughness_rms": case_inputs.Rms,
-    "roughness_rms_1": case_inputs.Rms,
-    "roughness_rms_2": case_inputs.Rms,
-    "correlation_length": _surface("correlation_length"),
-    "peklenik_number": _surface("peklenik_number"),
-    "boundary_film": _surface("boundary_film"),
-    "boundary_friction": _surface("boundary_friction"),
-    "viscosity_inlet": Viscosity,
-    "pressure_viscosity": PressureViscosity,
-    "eyring_stress": Stress,
+# unit and range of every variable; the names are keys of a contact file, or ratios that exist in plans only
+VARIABLES: dict[str, ValueRange] = {
+    "pressure_hertz": value_range(case_inputs.Pressure),
+    "radius_equivalent": value_range(case_inputs.Radius),
+    "speed_entrainment": value_range(case_inputs.Speed),
+    "slide_to_roll": value_range(case_inputs.SlideToRoll),
+    "speed_sliding_lengthwise": value_range(case_inputs.SlidingSpeed),
+    "lengthwise_to_roll": value_range(case_inputs.SlideToRoll),
+    "temperature_oil": value_range(Temperature),
+    **dict.fromkeys(("roughness_rms", "roughness_rms_1", "roughness_rms_2"), value_range(case_inputs.Rms)),
+    **{
+        name: value_range_of(SurfaceInput, name)
+        for name in ("correlation_length", "peklenik_number", "boundary_film", "boundary_friction")
+    },
+    "viscosity_inlet": value_range(Viscosity),
+    "pressure_viscosity": value_range(PressureViscosity),
+    "eyring_stress": value_range(Stress),
 }
 REQUIRED = ("pressure_hertz", "radius_equivalent", "speed_entrainment", "slide_to_roll")
 EXCLUSIVE = (
@@ -127,6 +112,10 @@ class _Variables(InputModel):
 if TYPE_CHECKING:
     Variables = _Variables
 else:
-    _AXES = {name: (_axis(annotation) | None, None) for name, annotation in VARIABLES.items()}
+
+    def _axis(quantity: ValueRange) -> Any:
+        return Annotated[PlanAxis, BeforeValidator(partial(_read_axis, quantity=quantity))] | None
+
+    _AXES = {name: (_axis(quantity), None) for name, quantity in VARIABLES.items()}
     Variables = create_model("Variables", __base__=_Variables, __module__=__name__, **_AXES)
     Variables.__doc__ = "The variables of a plan; omitted variables keep the default of the case."

@@ -29,7 +29,7 @@ from ehl.common.pages import Reportable
 from ehl.common.sections import Head, Medium, Section
 from ehl.common.table import Table
 from ehl.common.table_reader import Column, read_columns
-from ehl.common.units import ValueRange, value_range
+from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel, Name, read_toml, validate
 from ehl.contact import Contact
 from ehl.fluid.lubricant_inputs import DirectLubricant, OilLubricant
@@ -57,7 +57,7 @@ MAX_CASES = 1_000_000
 MAX_DRAWN = 10  # largest number of points before the constraints are applied, over MAX_CASES
 MAX_CORNER_VARIABLES = 10  # d ranges have 2^d corners
 # columns of a table of points; the oil is a text
-QUANTITIES: dict[str, ValueRange | None] = {**{n: value_range(a) for n, a in VARIABLES.items()}, "oil": None}
+QUANTITIES: dict[str, ValueRange | None] = {**VARIABLES, "oil": None}
 
 
 def _read_columns(value: Any) -> dict[str, Column]:
@@ -444,9 +444,8 @@ class Plan(InputModel, Reportable):
 
     def _state_columns(self, columns: Mapping[str, FloatArray], size: int) -> dict[str, FloatArray]:
         """Columns of `regression.friction.conditions.STATE_UNITS` from the values of the variables."""
-        temperature = value_range(VARIABLES["temperature_oil"]).check(
-            self.lubricant.get("temperature_oil", 353.15), "lubricant.temperature_oil"
-        )
+        given = self.lubricant.get("temperature_oil", 353.15)
+        temperature = VARIABLES["temperature_oil"].check(given, "lubricant.temperature_oil")
         table = {
             "effective_modulus": np.full(size, self.modulus),
             "speed_sliding_lengthwise": np.zeros(size),

@@ -38,12 +38,8 @@ class ConstraintWindow(InputModel):
 
     def holds(self, values: FloatArray) -> NDArray[np.bool_]:
         """Whether each value lies inside."""
-        inside = np.ones(values.shape, dtype=bool)
-        if self.low is not None:
-            inside &= values >= self.low
-        if self.high is not None:
-            inside &= values <= self.high
-        return inside
+        low, high = -np.inf if self.low is None else self.low, np.inf if self.high is None else self.high
+        return (values >= low) & (values <= high)
 
 
 def _read_window(value: Any, quantity: ValueRange) -> ConstraintWindow:

@@ -26,7 +26,7 @@ from regression.friction.conditions import STATE_UNITS
 from regression.friction.published_registry import PUBLISHED
 from regression.plan.cost import checked_time_cap
 from regression.plan.plan import Plan
-from regression.sweeping.evaluators import Evaluator, fallback_settings, input_row, published_outputs, solve_outputs
+from regression.sweeping.evaluators import fallback_settings, input_row, published_outputs, solve_outputs
 from regression.sweeping.sweep import SweepReport, sweep_shard
 
 if TYPE_CHECKING:
@@ -52,38 +52,6 @@ class Rerun:
     def difference(self) -> float:
         """|computed/stored - 1|."""
         return abs(self.computed / self.stored - 1.0)
-
-
-def rerun(
-    dataset: Dataset, plan: Plan, *, share: float = SHARE, seed: int = 1, evaluate: Evaluator = solve_outputs
-) -> Iterator[Rerun]:
-    """Compute a random share of a dataset's cases again.
-
-    plan: plan of the dataset.
-    share: share of the cases of the plan.
-    seed: seed of the random choice.
-    Raises `InputError`: a case of the plan is not in the dataset; `ConvergenceError`: a case with a stored result has
-    no result now.
-    """
-    order = np.random.default_rng(seed).permutation(len(plan.points))
-    remaining = max(int(np.ceil(share * len(order))), 1)
-    for index in order:
-        if remaining == 0:
-            return
-        case = plan.case_at(int(index))
-        row = row_of(dataset, case)
-        if row["status"] == "failed":
-            continue
-        remaining -= 1
-        setting = fallback_settings(case, max(int(row["attempts"]) - 1, 0))
-        outputs = evaluate(case if setting is None else setting[0])
-        yield Rerun(
-            str(row["key"]),
-            float(row["friction_coefficient"]),
-            float(outputs["friction_coefficient"]),
-            float(np.hypot(float(row["friction_error"]), float(outputs.get("friction_error", 0.0)))),
-            float(row["seconds_cpu"]),
-        )
 
 
 def row_of(dataset: Dataset, case: Contact) -> dict[Hashable, Any]:
@@ -195,8 +163,34 @@ class Run(PathLike[str], TableResult):
         ------
         Rerun
             Stored and computed friction of one case.
+
+        Raises
+        ------
+        InputError
+            A case of the plan is not among the results.
+        ConvergenceError
+            A case with a stored result has no result now.
         """
-        return rerun(self.dataset(), plan or self.plan, share=share, seed=seed)
+        dataset, plan = self.dataset(), plan or self.plan
+        order = np.random.default_rng(seed).permutation(len(plan.points))
+        remaining = max(int(np.ceil(share * len(order))), 1)
+        for index in order:
+            if remaining == 0:
+                return
+            case = plan.case_at(int(index))
+            row = row_of(dataset, case)
+            if row["status"] == "failed":
+                continue
+            remaining -= 1
+            setting = fallback_settings(case, max(int(row["attempts"]) - 1, 0))
+            outputs = solve_outputs(case if setting is None else setting[0])
+            yield Rerun(
+                str(row["key"]),
+                float(row["friction_coefficient"]),
+                float(outputs["friction_coefficient"]),
+                float(np.hypot(float(row["friction_error"]), float(outputs.get("friction_error", 0.0)))),
+                float(row["seconds_cpu"]),
+            )
 
     def merge(self, target: str | Path, *, compress: bool = False, complete: bool = False) -> int:
         """Write all results into one file, sorted by case key; returns the number of cases.

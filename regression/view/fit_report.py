@@ -3,7 +3,7 @@
 import math
 import platform
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from functools import partial
 from importlib.metadata import version
 
@@ -37,18 +37,19 @@ from regression.fitting.cross_validation import interval_factors
 from regression.fitting.rows import computed_friction, fitted_rows
 from regression.fitting.sensitivity import formula_sensitivity
 from regression.friction.conditions import Array
-from regression.friction.families import FAMILIES
 from regression.friction.fitted import FittedFormula
+from regression.friction.models import COLEMAN_FRICTION
 from regression.friction.published_registry import PUBLISHED
 from regression.view import plots
 from regression.view.tables import (
     band_table,
     check_table,
+    coefficient_table,
+    conditions_text,
     family_table,
     interval_table,
     not_fitted,
     region_text,
-    value_text,
 )
 
 _OILS_SHOWN = 3
@@ -115,7 +116,7 @@ def _remarks(formula: FittedFormula, dataset: Dataset | None) -> list[Item]:
         level, width = formula.interval.level, math.exp(formula.interval.log_width)
         said.append(f"interval of {100 * level:g} %: µ/{width:.3g} to µ·{width:.3g}, at every film ratio")
     worst = formula.validation.worst
-    where = ", ".join(value_text(name, value) for name, value in worst.conditions.items())
+    where = conditions_text(worst.conditions, 4)
     said.append(f"worst case {worst.key[:12]}: {100.0 * worst.relative_error:+.1f} % at {where}")
     for what, checked in not_fitted(formula):
         said.append(
@@ -151,10 +152,8 @@ def _remarks(formula: FittedFormula, dataset: Dataset | None) -> list[Item]:
     return [Text(line) for line in said]
 
 
-def _percent(value: float | None) -> str:
-    """A share in per cent with about two digits; a dash if there is none."""
-    if value is None or not math.isfinite(value):
-        return "–"
+def _percent(value: float) -> str:
+    """A share in per cent with about two digits."""
     percent = 100.0 * value
     digits = 0 if abs(percent) >= 99.5 else 1 if abs(percent) >= 0.995 else 2
     return f"{percent:.{digits}f} %"
@@ -165,7 +164,7 @@ def _summary(dataset: Dataset, formulas: Sequence[FittedFormula], tried: Iterabl
     errors = best.validation
     known = [
         (_percent(errors.p95), "95th percentile of the error"),
-        (_percent(abs(errors.largest)), f"largest, {_conditions(errors.worst.conditions)}"),
+        (_percent(abs(errors.largest)), f"largest, {conditions_text(errors.worst.conditions)}"),
     ]
     if errors.coverage is not None:
         known.append((_percent(errors.coverage), f"of the cases inside their {100 * best.interval.level:g} % interval"))
@@ -188,14 +187,6 @@ def _summary(dataset: Dataset, formulas: Sequence[FittedFormula], tried: Iterabl
     )
     head = Head("Fit of a friction formula", f"{dataset.plan_name}: {oils}", footer)
     return Section("", [head, answer, KeyFigures(tiles), Notes(_notes(dataset, formulas, tried))])
-
-
-def _conditions(values: Mapping[str, float]) -> str:
-    """The conditions of a case as text."""
-    known = quantities()
-    return ", ".join(
-        f"{known[name].label} {known[name].text(value, 3)}" for name, value in values.items() if name in known
-    )
 
 
 def _notes(dataset: Dataset, formulas: Sequence[FittedFormula], tried: Iterable[str]) -> list[Note]:
@@ -287,7 +278,7 @@ def _published_rows(dataset: Dataset) -> list[tuple[object, ...]]:
     mu, table = computed_friction(frame), columns(frame)
     bases = np.array([Oil.load(name).base if name else "mineral" for name in frame["oil"]])
     rows = [
-        _published_row("constant 0.05 (Coleman)", np.full(mu.size, plots.COLEMAN), mu, np.zeros(mu.size, dtype=bool))
+        _published_row("constant 0.05 (Coleman)", np.full(mu.size, COLEMAN_FRICTION), mu, np.zeros(mu.size, dtype=bool))
     ]
     for published in PUBLISHED.values():
         value, outside = np.full(mu.size, np.nan), np.zeros(mu.size, dtype=bool)
@@ -363,30 +354,6 @@ def _curves(dataset: Dataset, formulas: Sequence[FittedFormula], oil: str) -> Se
         )
         blocks.append(Picture(partial(plots.plot_maps, middle, best), caption))
     return Section(f"Curves and maps, {oil}", blocks)
-
-
-def coefficient_table(best: FittedFormula) -> Table:
-    """Coefficients of a formula with standard errors and collinearity."""
-    rows = []
-    for term in FAMILIES[best.family].terms:
-        value, error = best.coefficients[term], best.standard_errors.get(term)
-        inflation = best.variance_inflation.get(term)
-        relative = None if error is None or not value else error / abs(value)
-        remark = best.dropped.get(term, "collinear" if inflation is not None and inflation > 10.0 else "")
-        rows.append((term, value, error, relative, inflation, remark))
-    columns = (
-        "coefficient",
-        Column("number", label="value", digits=9),
-        Column("standard_error", digits=3),
-        Column("relative error", of="relative_error"),
-        Column("variance_inflation", digits=3),
-        "remark",
-    )
-    note = (
-        f"Collinearity: condition number {best.condition_number:.3g}. With a variance inflation above 10 only "
-        "combinations of coefficients are determined."
-    )
-    return Table(columns, rows, notes=(note,), name="coefficients")
 
 
 def _formula(best: FittedFormula) -> Section:

@@ -20,9 +20,9 @@ from regression.fitting.cross_validation import held_out_friction
 from regression.fitting.rows import BANDS, boundary_friction_of, computed_friction, fitted_rows
 from regression.friction.conditions import Array, Conditions, conditions_of
 from regression.friction.fitted import FittedFormula, friction_of_form
-from regression.friction.models import FrictionFlag
+from regression.friction.models import COLEMAN_FRICTION, FrictionFlag
 from regression.friction.published_registry import PUBLISHED
-from regression.view.tables import region_text
+from regression.view.tables import conditions_text, region_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -36,7 +36,6 @@ _HELD = ("pressure_hertz", "radius_equivalent", "speed_entrainment", "slide_to_r
 _NEAR = 0.22  # largest distance of each variable of a near case, over the range of the variable
 _POINTS = 121
 _MAP = 41
-COLEMAN = 0.05
 _EXTRAPOLATED = (FrictionFlag.EXTRAPOLATED_NEAR, FrictionFlag.EXTRAPOLATED_FAR, FrictionFlag.OUTSIDE_RANGE)
 
 
@@ -98,14 +97,9 @@ class CurveConditions:
         table = {name: frame[name].to_numpy(dtype=float) for name in (*_HELD, "roughness_rms", "film_ratio_formula")}
         return frame["friction_coefficient"].to_numpy(dtype=float), table
 
-    def description(self, *left_out: str) -> str:
+    def description(self) -> str:
         """The constant values as text."""
-        parts = []
-        for name in (*_HELD, "roughness_rms"):
-            if name not in left_out:
-                entry = quantity(name)
-                parts.append(f"{entry.label} {entry.text(self.held[name], 3)}")
-        return ", ".join(parts)
+        return conditions_text({name: self.held[name] for name in (*_HELD, "roughness_rms")})
 
 
 def middle_conditions(dataset: Dataset, oil: str) -> CurveConditions:
@@ -131,11 +125,8 @@ def plot_stribeck(middle: CurveConditions, formulas: Sequence[FittedFormula]) ->
     speed, rough = (np.geomspace(low, high, _POINTS) for low, high in ends)
     for axes, sliding in zip(all_axes, middle.quantiles("slide_to_roll_total"), strict=True):
         here = middle.at(slide_to_roll_total=sliding)
-        table = here.conditions(speed_entrainment=speed, roughness_rms=rough[::-1])
-        mu, near = here.near("speed_entrainment", "roughness_rms")
-        axes.plot(near["film_ratio_formula"], mu, ".", color="black", ms=4, alpha=0.6, label="computed, near")
-        _curves(axes, table["film_ratio_formula"], table, formulas, middle.oil.base)
-        ratio = table["film_ratio_formula"]
+        varied = {"speed_entrainment": speed, "roughness_rms": rough[::-1]}
+        ratio = _curves(axes, "film_ratio_formula", here, varied, formulas)[0]["film_ratio_formula"]
         axes.set(xscale="log", xlabel="film ratio λ by formula [-]", xlim=(ratio[0], ratio[-1]))
         axes.set_title(f"|SR| {sliding:.2g}", fontsize=10)
         plain_ticks(axes.xaxis, ratio[0], ratio[-1])
@@ -155,17 +146,14 @@ def plot_traction(middle: CurveConditions, formulas: Sequence[FittedFormula]) ->
     sliding = np.linspace(0.0, high, 4 * _POINTS)
     reach: list[float] = []
     for axes, pressure in zip(all_axes, middle.quantiles("pressure_hertz"), strict=True):
-        here = middle.at(pressure_hertz=pressure)
-        table = here.conditions(slide_to_roll_total=sliding)
-        mu, near = here.near("slide_to_roll_total")
-        axes.plot(near["slide_to_roll_total"], mu, ".", color="black", ms=4, alpha=0.6, label="computed, near")
-        _curves(axes, sliding, table, formulas, middle.oil.base)
+        varied = {"slide_to_roll_total": sliding}
+        table, mu = _curves(axes, "slide_to_roll_total", middle.at(pressure_hertz=pressure), varied, formulas)
         axes.set(xlabel="|SR| [-]", xlim=(0.0, high))
         axes.set_title(f"Hertz pressure {quantity('pressure_hertz').text(pressure, 2)}", fontsize=10)
         reach.append(float(np.quantile(mu, 0.95)) if mu.size else 0.0)
         reach.append(1.3 * float(np.nanmax(formulas[0].evaluate(table).mu)))
     # formulas with much larger friction are cut off
-    all_axes[0].set(ylim=(0.0, max(1.6 * max(reach), 1.1 * COLEMAN)), ylabel="friction coefficient µ [-]")
+    all_axes[0].set(ylim=(0.0, max(1.6 * max(reach), 1.1 * COLEMAN_FRICTION)), ylabel="friction coefficient µ [-]")
     return _with_legend(all_axes, ncols=5, fontsize=8)
 
 
@@ -206,21 +194,27 @@ def plot_maps(middle: CurveConditions, formula: FittedFormula) -> Figure:
     return figure
 
 
-def _curves(axes: Axes, x: Array, table: Conditions, formulas: Sequence[FittedFormula], base: str) -> None:
+def _curves(
+    axes: Axes, over: str, here: CurveConditions, varied: dict[str, Array], formulas: Sequence[FittedFormula]
+) -> tuple[Conditions, Array]:
+    """Draw near cases and all formulas over a variable; returns the conditions, and the friction of the cases."""
     from matplotlib import colormaps
 
-    shades = colormaps["tab20"]
+    table, (computed, near) = here.conditions(**varied), here.near(*varied)
+    axes.plot(near[over], computed, ".", color="black", ms=4, alpha=0.6, label="computed, near")
+    x, shades = table[over], colormaps["tab20"]
     for number, published in enumerate(PUBLISHED.values()):
-        mu, _ = published.values(table, base)
+        mu, _ = published.values(table, here.oil.base)
         dash = ("-", "--", ":")[number % 3]
         axes.plot(x, mu, color=shades(number / 20.0), ls=dash, lw=1.0, label=f"{published.label}{published.mark}")
-    axes.axhline(COLEMAN, color=GREY, lw=1.0, label="constant 0.05 (Coleman)")
+    axes.axhline(COLEMAN_FRICTION, color=GREY, lw=1.0, label="constant 0.05 (Coleman)")
     for number, formula in reversed(list(enumerate(formulas))):
         value = formula.evaluate(table)
         colour = COLOURS[number % len(COLOURS)]
         axes.plot(x, value.mu, color=colour, lw=2.4 if number == 0 else 1.6, label=formula.label)
         if number == 0:
             axes.fill_between(x, value.lower, value.upper, color=colour, alpha=0.15, lw=0.0)
+    return table, computed
 
 
 def _three(height: float, count: int = 3) -> list[Axes]:

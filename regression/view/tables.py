@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from ehl.common.quantities import Quantity, quantities
 from ehl.common.table import Column, Table
 
 if TYPE_CHECKING:
@@ -123,13 +122,37 @@ def interval_table(formula: FittedFormula, spread: Sequence[tuple[float, float, 
     )
 
 
-def value_text(variable: str, value: float) -> str:
-    """A value of a variable as text, in its display unit."""
-    entry = quantities().get(variable, Quantity(variable, label=variable))
-    return f"{entry.label} {entry.text(value, 4)}"
+def conditions_text(values: Mapping[str, float], digits: int = 3) -> str:
+    """The conditions of a case as text, in display units."""
+    known = {name: Column(name).quantity for name in values}
+    return ", ".join(f"{known[name].label} {known[name].text(value, digits)}" for name, value in values.items())
 
 
 def region_text(variable: str, low: float, high: float) -> str:
     """A band of a variable as text."""
-    entry = quantities().get(variable, Quantity(variable, label=variable))
+    entry = Column(variable).quantity
     return f"{entry.label} {entry.span(low, high)}"
+
+
+def coefficient_table(formula: FittedFormula, title: str = "") -> Table:
+    """Coefficients of a formula with standard errors and collinearity."""
+    rows = []
+    for term in formula.form.terms:
+        value, error = formula.coefficients[term], formula.standard_errors.get(term)
+        inflation = formula.variance_inflation.get(term)
+        relative = None if error is None or not value else error / abs(value)
+        remark = formula.dropped.get(term, "collinear" if inflation is not None and inflation > 10.0 else "")
+        rows.append((term, value, error, relative, inflation, remark))
+    columns = (
+        "coefficient",
+        Column("number", label="value", digits=9),
+        Column("standard_error", digits=3),
+        Column("relative error", of="relative_error"),
+        Column("variance_inflation", digits=3),
+        "remark",
+    )
+    note = (
+        f"Collinearity: condition number {formula.condition_number:.3g}. With a variance inflation above 10 only "
+        "combinations of coefficients are determined."
+    )
+    return Table(columns, rows, title=title, notes=(note,), name="coefficients")

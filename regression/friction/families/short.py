@@ -73,7 +73,7 @@ def film_friction(c: Conditions, k: Mapping[str, float], film: Array, ripple: Ar
     flash = HEAT_FLASH * np.sqrt(c["half_width"] * relief / speed) / (EFFUSIVITY * surfaces)
     pole = np.maximum(np.log(viscosity) + ROELANDS_LOG_VISCOSITY, 1.0)
     local = 1.0 / relief
-    exponent = np.minimum(rise * local / (bend * (1.0 - local) + local), 300.0)
+    exponent = np.minimum(rise * local / (bend * (1.0 - local) + local), _MAX_EXPONENT)
     pressure = local * mean
     conductivity = PAO(pressure, c["thermal_conductivity"])
     strain = k["strain"] * viscosity * np.exp(exponent) * sliding / (stress * film)
@@ -85,17 +85,6 @@ def film_friction(c: Conditions, k: Mapping[str, float], film: Array, ripple: Ar
     limit = np.maximum(c["limiting_shear_coefficient"] * pressure, 1e-9)
     capped = shear * (1.0 + (shear / limit) ** CAP_ORDER) ** (-1.0 / CAP_ORDER)
     return np.asarray(relief * capped / mean)
-
-
-FILM_EQUATION = (
-    "heat = beta (1 + heat_pressure g/(ln eta0 + 9.67)) tau0 v_s (1.8 h/(8 k_i) + 1.15 (r b/u_r)^0.5/(e m)),"
-    " k_i = k (1 + 1.4 p_i/(1 + 0.34 p_i)) with p_i in GPa, m = ((1 + |s|/2)^0.5 + |1 - |s|/2|^0.5)/2;"
-    " V = ripple/(1 + (h/(3 Rq))^4);"
-    " h = h0/(1 + inlet (1 + 2 SR^1.7) (eta0 beta u_r^2/k)^0.9 M^0.15)^0.6"
-    " with h0 the film of Moes (1992) over the density ratio of Dowson & Higginson at p_h, M = W (2U)^-1/2;"
-    " eta_p the viscosity at p, e = 12941.4 W s^0.5/(m2 K);"
-    " tau0, Lam, alpha, beta, k of the oil at inlet temperature; SI units"
-)
 
 
 def asperity_share(c: Conditions, film: Array, k: Mapping[str, float]) -> Array:
@@ -146,16 +135,6 @@ def film_ripple(c: Conditions, film: Array, k: Mapping[str, float]) -> Array:
     return np.asarray(k["ripple"] / (1.0 + (ratio / _THICK) ** 4))
 
 
-SHARE_EQUATION = (
-    "X = 1/(1 + Q^j); j = (p_h/(0.005 E'))^0.4 (1 + A)^0.2, A = |s|/(0.15 (1 + SR));"
-    " Q = squeeze (h'/h_b)^n exp(squeeze_tail (h'/Rq)^2) P^(squeeze_flattening exp(-h/Rq)) (1 + slide A)"
-    " g/(g + lay/P)/(1 + narrow P^2 lc/b), g = gamma^(2/(1 + lc/b));"
-    " h' = h (1 + whole lc/b), h_b = 30 nm,"
-    " P = p_h lc/(0.5 E' Rq), lc the correlation length of the roughness, gamma its Peklenik number, b the Hertz"
-    " half-width, s = slide_to_roll across the line, SR = |v_s|/u_r;"
-)
-
-
 _FILM_POWER = 1.5  # of the load share of the film, from fits to 75W90 and FVA3
 
 
@@ -192,13 +171,25 @@ _TERMS: dict[str, tuple[float, float, float]] = {
     "narrow": (6.0, 0.0, 100.0),
 }
 _EQUATION = (
-    f"mu = X mu_b + (1 - X)^{_FILM_POWER:g} F; {SHARE_EQUATION}"
+    f"mu = X mu_b + (1 - X)^{_FILM_POWER:g} F;"
+    " X = 1/(1 + Q^j); j = (p_h/(0.005 E'))^0.4 (1 + A)^0.2, A = |s|/(0.15 (1 + SR));"
+    " Q = squeeze (h'/h_b)^n exp(squeeze_tail (h'/Rq)^2) P^(squeeze_flattening exp(-h/Rq)) (1 + slide A)"
+    " g/(g + lay/P)/(1 + narrow P^2 lc/b), g = gamma^(2/(1 + lc/b));"
+    " h' = h (1 + whole lc/b), h_b = 30 nm,"
+    " P = p_h lc/(0.5 E' Rq), lc the correlation length of the roughness, gamma its Peklenik number, b the Hertz"
+    " half-width, s = slide_to_roll across the line, SR = |v_s|/u_r;"
     f" n = squeeze_film (0.01 lc/Rq)^{SLOPE_POWER:g} (1 + lc/b)^squeeze_width;"
     " F = (1 + (Rq/h)^2)^(-valleys/2) r t (1 + (t/(Lam p/r))^8)^(-1/8)/p;"
     " t = tau0 a/(1 + heat tanh a)^0.75, a = asinh(x (1 + V/(1 + x))), x = strain eta v_s/(tau0 h);"
     " eta = eta0 exp(g), g = G y/(c (1 - y) + y), y = 1/r, r = (1 + relief_thick h0 R/b^2)^(2/3),"
     " G = ln(eta_p/eta0), c = G/(alpha p), p = pi p_h/4; p_i = p/r;"
-    f" {FILM_EQUATION}"
+    " heat = beta (1 + heat_pressure g/(ln eta0 + 9.67)) tau0 v_s (1.8 h/(8 k_i) + 1.15 (r b/u_r)^0.5/(e m)),"
+    " k_i = k (1 + 1.4 p_i/(1 + 0.34 p_i)) with p_i in GPa, m = ((1 + |s|/2)^0.5 + |1 - |s|/2|^0.5)/2;"
+    " V = ripple/(1 + (h/(3 Rq))^4);"
+    " h = h0/(1 + inlet (1 + 2 SR^1.7) (eta0 beta u_r^2/k)^0.9 M^0.15)^0.6"
+    " with h0 the film of Moes (1992) over the density ratio of Dowson & Higginson at p_h, M = W (2U)^-1/2;"
+    " eta_p the viscosity at p, e = 12941.4 W s^0.5/(m2 K);"
+    " tau0, Lam, alpha, beta, k of the oil at inlet temperature; SI units"
 )
 
 

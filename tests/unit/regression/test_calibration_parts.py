@@ -49,8 +49,8 @@ def measurement_of(load: str, values: list[float], friction: float = 0.05) -> Me
         "temperature_oil": np.full(n, WARM),
         "roughness_rms": np.full(n, 1e-7),
     }
-    nothing = np.full(n, math.nan)
-    return Measurement("made.csv", "0" * 64, columns, load, np.full(n, friction), nothing, ("a",) * n)
+    known = (np.full(n, friction), np.full(n, math.nan), ("a",) * n, tuple(range(2, n + 2)))
+    return Measurement("made.csv", "0" * 64, columns, load, *known)
 
 
 def test_pressure_of_a_ball_is_hertz() -> None:

@@ -20,7 +20,7 @@ from regression.data.dataset import FOLDER, dataset_names, load_dataset
 from regression.data.result_files import merge
 from regression.plan.plan import Plan
 from regression.sweeping.evaluators import published_outputs
-from regression.sweeping.run import SHARE, Run, rerun
+from regression.sweeping.run import Run
 from regression.sweeping.sweep import sweep_shard
 
 PLAN = 'name = "small"\n[sampling]\nsize = 64\ncorners = 4\n' + GEAR_VARIABLES
@@ -130,17 +130,18 @@ def test_fit_of_a_name_on_the_command_line(shelf: Path, tmp_path: Path, mixed_eh
         assert option[0] in bad.err
 
 
-def test_rerun_gives_the_stored_friction_and_finds_what_changed(shelf: Path) -> None:
-    dataset, plan = load_dataset("small"), Run("small").plan
-    again = list(rerun(dataset, plan, share=0.2, evaluate=ARANA))
+def test_rerun_gives_the_stored_friction_and_finds_what_changed(shelf: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    run = Run("small")
+    monkeypatch.setattr("regression.sweeping.run.solve_outputs", ARANA)
+    again = list(run.rerun(share=0.2))
     assert len(again) == 14  # a fifth of 68 cases
     assert len({case.key for case in again}) == 14
     assert max(case.difference for case in again) == 0.0
-    assert [case.key for case in rerun(dataset, plan, share=0.2, evaluate=ARANA)] == [case.key for case in again]
-    other = list(rerun(dataset, plan, share=0.2, evaluate=partial(published_outputs, name="doleschel_2002")))
-    assert max(case.difference for case in other) > 0.05
+    assert [case.key for case in run.rerun(share=0.2)] == [case.key for case in again]
     with pytest.raises(InputError, match="the plan of the dataset"):
-        list(rerun(dataset, Plan.from_file("demo"), evaluate=ARANA))
+        list(run.rerun(Plan.from_file("demo")))
+    monkeypatch.setattr("regression.sweeping.run.solve_outputs", partial(published_outputs, name="doleschel_2002"))
+    assert max(case.difference for case in run.rerun(share=0.2)) > 0.05
 
 
 # thousands of steps of a rough contact: equal on one machine. What another rounding does was measured by a pressure
@@ -152,7 +153,7 @@ ELSEWHERE = 4e-3
 def test_a_random_share_of_the_shipped_cases_is_what_the_solver_says_today(name: str, count: int) -> None:
     """All of the random 1 %, whatever a case costs (some ten seconds)."""
     dataset = load_dataset(name)
-    cases = list(rerun(dataset, Run(name).plan, share=SHARE))
+    cases = list(Run(name).rerun())
     assert len(cases) == count
     differences = np.array([case.difference for case in cases])
     within = [case.difference <= max(case.error, ELSEWHERE) for case in cases]

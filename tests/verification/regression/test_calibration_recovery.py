@@ -65,9 +65,8 @@ def planned(pressures: list[float], slides: list[float], speeds: list[float]) ->
         "roughness_rms": np.full(n, 1e-7),
     }
     nothing = np.full(n, math.nan)
-    return Measurement(
-        "synthetic.csv", "0" * 64, columns, "pressure_hertz", nothing, nothing, tuple(r[3] for r in rows)
-    )
+    labels, numbers = tuple(r[3] for r in rows), tuple(range(2, n + 2))
+    return Measurement("synthetic.csv", "0" * 64, columns, "pressure_hertz", nothing, nothing, labels, numbers)
 
 
 ROWS = planned([0.7e9, 1.1e9], [0.005, 0.01, 0.05, 0.3], [0.03, 0.06, 0.12, 0.25, 0.5, 1.0])

@@ -39,7 +39,7 @@ def at(*u: float) -> dict[str, np.ndarray]:
 def test_fitted_cases_are_inside_and_new_ones_nearly_all() -> None:
     fitted = cloud()
     assert (fitted.extrapolation(TABLE) == CloudDistance.INSIDE).all()
-    assert fitted.distance(TABLE).max() <= 1.0 + 1e-9
+    assert fitted.distance(fitted.whitened(TABLE)).max() <= 1.0 + 1e-9
     new = fitted.extrapolation(cases(2000, 2))
     assert np.mean(new != CloudDistance.INSIDE) < 0.03
     assert not (new == CloudDistance.FAR).any()
@@ -78,7 +78,7 @@ def test_near_by_any_test_and_far_by_distance() -> None:
     spread = {name: np.exp(2.0 * np.log(values / values.mean())) * values.mean() for name, values in TABLE.items()}
     logs = np.log(np.column_stack([spread[name] for name in fitted.variables]))
     length, outside = np.linalg.norm(fitted.whitened(spread), axis=1), fitted.pair_margin(logs) < 0.0
-    near, far = fitted.near_and_far(fitted.distance(spread), length, outside)
+    near, far = fitted.near_and_far(fitted.distance(fitted.whitened(spread)), length, outside)
     assert min(np.count_nonzero(near & ~far), np.count_nonzero(far), np.count_nonzero(~near)) > 50
     np.testing.assert_array_equal(fitted.extrapolation(spread), np.where(far, 2, np.where(near, 1, 0)))
 
@@ -105,10 +105,11 @@ def test_distance_is_to_the_nearest_point_over_the_covering_radius() -> None:
     few = cloud(20)
     new = cases(100, 5)
     apart = few.whitened(new)[:, None] - few.step * np.array(few.points)
-    np.testing.assert_allclose(few.distance(new), np.linalg.norm(apart, axis=2).min(axis=1) / few.radius, rtol=1e-9)
+    nearest = np.linalg.norm(apart, axis=2).min(axis=1)
+    np.testing.assert_allclose(few.distance(few.whitened(new)), nearest / few.radius, rtol=1e-9)
     assert few.radius > 1.5 * fitted.radius
     # the rounding of stored coordinates is a margin
-    assert few.distance(TABLE).max() * few.radius == pytest.approx(few.radius - 1e-3 * 3**0.5, abs=6e-4)
+    assert few.distance(few.whitened(TABLE)).max() * few.radius == pytest.approx(few.radius - 1e-3 * 3**0.5, abs=6e-4)
 
 
 @pytest.mark.parametrize("names", [NAMES[:1], NAMES[:2]])
