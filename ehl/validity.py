@@ -79,7 +79,7 @@ def checked(result: ContactResult, problem: ContactProblem, *, rounds_left: bool
     mu = found.friction_coefficient
     if mu > 0.0 and friction_above_limit_temperature(result) > 0.5 * tolerance * mu:
         return replace(found, status="unsettled", reason="too_hot")
-    if mesh_error_too_large(found, tolerance):
+    if found.transient is not None and found.mesh_error > ERROR_ALLOWED * tolerance:
         return replace(found, status="unsettled", reason="mesh_error")
     if rounds_left and found.transient is None and found.mesh_error > tolerance:
         return replace(found, status="unsettled", reason="thermal_rounds")
@@ -102,11 +102,6 @@ def rejection_reason(result: ContactResult, problem: ContactProblem) -> str:
     if max(result.film_central, result.film_min) > MAX_FILM * problem.line.radius_equivalent:
         return "film_above_radius"
     return ""
-
-
-def mesh_error_too_large(result: ContactResult, tolerance: float) -> bool:
-    """Whether the mesh error of a transient solution far exceeds the required tolerance."""
-    return result.transient is not None and result.mesh_error > ERROR_ALLOWED * tolerance
 
 
 def friction_above_limit_temperature(result: ContactResult) -> float:

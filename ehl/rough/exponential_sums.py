@@ -16,7 +16,7 @@ from importlib.resources import files
 from itertools import product, starmap
 
 import numpy as np
-from scipy.optimize import least_squares, nnls
+from scipy.optimize import OptimizeResult, least_squares, nnls
 from scipy.special import iti0k0
 
 from ehl.common.arrays import FloatArray
@@ -100,12 +100,13 @@ def fit_log_kernel(n: int, modes: int) -> ExponentialSum:
         terms = np.exp(-np.outer(d, rates)) * weights
         return np.hstack([terms, -terms * d[:, None] * rates])
 
-    starts = (
-        np.concatenate([np.full(m, np.log(np.log(4.0 * n) / m)), np.log(np.geomspace(slow / n, fast, m))])
-        for slow, fast in product((0.2, 0.5), (1.0, 2.5))
-    )
-    options = {"jac": jacobian, "method": "lm", "max_nfev": 400, "xtol": 1e-12, "ftol": 1e-12, "gtol": 1e-12}
-    best = min((least_squares(residual, start, **options) for start in starts), key=lambda fit: fit.cost)
+    def from_start(slow: float, fast: float) -> OptimizeResult:
+        start = np.concatenate([np.full(m, np.log(np.log(4.0 * n) / m)), np.log(np.geomspace(slow / n, fast, m))])
+        return least_squares(
+            residual, start, jac=jacobian, method="lm", max_nfev=400, xtol=1e-12, ftol=1e-12, gtol=1e-12
+        )
+
+    best = min(starmap(from_start, product((0.2, 0.5), (1.0, 2.5))), key=lambda fit: fit.cost)
     weights, rates = unpack(best.x)
     order = np.argsort(rates)
     weights = np.append(weights[order], kernel[0] - weights.sum())

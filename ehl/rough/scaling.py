@@ -227,8 +227,8 @@ def build_problem(
     estimate = contact.film_moes(lubricant)
     inlet, outlet = solved_length(contact, estimate)
     spacing = (outlet - inlet) * b / settings.nodes
-    period = surfaces.common_length()
-    if period is not None:
+    if surfaces.profiles:
+        period = surfaces.profiles[0].length
         spacing = period / math.ceil(period / spacing)
     film_unit = max(estimate, surfaces.rms, settings.boundary_film)
     units = Units(b, p_h, film_unit, spacing, spacing / contact.speed_entrainment)

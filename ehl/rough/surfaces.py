@@ -54,10 +54,6 @@ class RoughSurfaces:
         """Smallest cut-off of the profiles [m]; inf when smooth."""
         return min((p.cutoff for p in self.profiles), default=math.inf)
 
-    def common_length(self) -> float | None:
-        """Period of the first rough profile [m], a multiple of the node spacing."""
-        return self.profiles[0].length if self.profiles else None
-
 
 def sample_ring(profile: RoughProfile | None, spacing: float) -> FloatArray:
     """Heights at the spacing [m] closest to the given one that divides the period (Fourier resampling).

@@ -258,16 +258,10 @@ class HotFilm:
     def _film(self, grid: NodeGrid, mixer: Mixer, start: Unknowns) -> Level:
         if self._factors is None or self._factors[0] is not grid:
             self._factors = grid, NewtonFactors(grid)
-        try:
-            level = self._solved(self._factors[1], grid, mixer, start)
-            if level.mass_residual > MASS_RESIDUAL:
-                self.iterations += level.iterations
-                self._factors = grid, NewtonFactors(grid)
-                level = self._solved(self._factors[1], grid, mixer, level.unknowns)
-        except NewtonFailure as failure:
-            self.iterations += failure.iterations
-            raise
-        self.iterations += level.iterations
+        level = self._solved(self._factors[1], grid, mixer, start)
+        if level.mass_residual > MASS_RESIDUAL:
+            self._factors = grid, NewtonFactors(grid)
+            level = self._solved(self._factors[1], grid, mixer, level.unknowns)
         return level
 
     def _next_film(self, level: Level, mixer: Mixer) -> Level:
@@ -280,7 +274,13 @@ class HotFilm:
 
     def _solved(self, factors: NewtonFactors, grid: NodeGrid, mixer: Mixer, start: Unknowns) -> Level:
         scaled = replace(self._scaled, offset=mixer.used)
-        return solve_level(grid, scaled, start, tolerance=self._film_tolerance, factors=factors)
+        try:
+            level = solve_level(grid, scaled, start, tolerance=self._film_tolerance, factors=factors)
+        except NewtonFailure as failure:
+            self.iterations += failure.iterations
+            raise
+        self.iterations += level.iterations
+        return level
 
     def _guess_at(self, x: FloatArray) -> tuple[FloatArray, FloatArray] | None:
         """Interpolated stress and surface temperature of the last heat balance."""
