@@ -39,10 +39,6 @@ def check_one_installation() -> Check:
     return Check("one installation", False, f"the packages come from different installations: {found}")
 
 
-def _python() -> Check:
-    return Check("Python", sys.version_info >= (3, 11), f"{sys.version.split()[0]} (required: 3.11 or newer)")
-
-
 def _dependencies() -> list[Check]:
     from packaging.requirements import Requirement
 
@@ -136,7 +132,8 @@ def examine(*, installation_only: bool = False) -> list[Check]:
         raise InputError("installation", together.detail, allowed, hint)
     if installation_only:
         return [together]
-    checks = [_python(), together, *_dependencies()]
+    python = Check("Python", sys.version_info >= (3, 11), f"{sys.version.split()[0]} (required: 3.11 or newer)")
+    checks = [python, together, *_dependencies()]
     for check in (_data, _cache, _kernels, _solver):
         try:
             checks.append(check())

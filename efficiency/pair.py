@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, Unpack
+from typing import TYPE_CHECKING, Any, Literal, Self, Unpack
 
 import numpy as np
 
@@ -88,7 +88,7 @@ class GearPair:
 
     def __init__(self, design: Design | str | Path, *, keep: bool = False) -> None:
         self._keep = keep
-        self.design = design if isinstance(design, Design) else load_design(design)
+        self.design = load_design(design) if isinstance(design, str | Path) else design
         self._meshes = lru_cache(maxsize=_KEPT_MESHES)(self._mesh)
         # misalignments change neither the elastic bodies nor their roots
         self._bodies = lru_cache(maxsize=2)(lambda side: elastic_bodies(self.design, side, keep))
@@ -99,14 +99,14 @@ class GearPair:
         return {"design": self.design, "keep": self._keep}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        GearPair.__init__(self, **state)
+        type(self).__init__(self, **state)
 
-    def sharing_bodies(self, design: Design) -> GearPair:
+    def sharing_bodies(self, design: Design) -> Self:
         """The pair of another design on the same blanks, with the elastic bodies and root sections of this pair.
 
         The flanks differ by the ease-off (micrometres), which does not change them noticeably.
         """
-        other = GearPair(design)
+        other = type(self)(design)
         other._bodies, other._roots = self._bodies, self._roots
         return other
 
@@ -176,11 +176,14 @@ class GearPair:
         split_axes(conditions)
         return [resolve_friction(friction, self.design, conditions.get("oil")) for friction in frictions]
 
-    def misaligned(self, **misalignment: Value) -> GearPair:
+    def misaligned(self, **misalignment: Value) -> Self:
         """The pair with `E`, `P`, `G` [m] and `shaft_angle_error` [rad] instead of those of the design."""
-        return GearPair(self.design.with_misalignment(**self._placed(misalignment)), keep=self._keep)
+        if not misalignment:
+            return self
+        placed = self._placed(misalignment)
+        return type(self)(self.design.with_misalignment(**placed), keep=self._keep)
 
-    def finished(self, finish: str, state: State = "run_in") -> GearPair:
+    def finished(self, finish: str, state: State = "run_in") -> Self:
         """The pair with a finish of `ehl.shipped("finishes")` on both flanks, "new" or "run_in", with its Rq."""
         return self.sharing_bodies(self.design.with_finish(finish, state))
 
@@ -317,11 +320,12 @@ class GearPair:
         **conditions : float or str
             Conditions of all points that differ from the design, as in `LoadedMesh.efficiency`.
         """
-        from efficiency.conditions.duty import duty_cycle, duty_rows
+        from efficiency.conditions.duty import DutyCycle, duty_rows, row_energy
 
         rows = duty_rows(file, self.design, tyre_radius=tyre_radius, ratio=ratio, temperature=temperature)
         evaluator, about = self._evaluator(friction, grid, conditions, progress)
-        return duty_cycle(rows, evaluator.points([row.condition for row in rows]), **about)
+        points = tuple(evaluator.points([row.condition for row in rows]))
+        return DutyCycle(**about, rows=tuple(map(row_energy, rows, points)), points=points)
 
     @one_thread
     def drawing(self) -> DesignDrawing | None:
@@ -467,9 +471,9 @@ class GearPair:
         turns = REVOLUTIONS_PER_MILE if revolutions_per_mile is None else revolutions_per_mile
         most = None if torque_max is None else OPERATION_LIMITS["torque"].check_given(torque_max, "torque_max")
         points, losses = axle_test_points(application, turns, most), resolve_axle(axle)
-        places: tuple[Any, Any] = points.pinion_torques(ratio), points.pinion_speeds(ratio)
+        speeds: Any = np.array(points.speed_wheel) * ratio
         at: dict[str, Any] = {"temperature": temperature, "grid": grid, "progress": progress, **conditions}
-        found = self.loss_map(*places, friction, **at)
+        found = self.loss_map(points.pinion_torques(ratio), speeds, friction, **at)
         return solve_axle_test(points, found, ratio, losses)
 
     @one_thread
@@ -634,7 +638,7 @@ class GearPair:
             raise ConvergenceError("no_contact", found.failures[side])
         shown = found.sides[side]
         with interactive():
-            return contact_pattern_figure(shown.pair, shown.pattern, shown.pair.path, member, ax)
+            return contact_pattern_figure(shown.pair, shown.pattern, member, ax)
 
     @one_thread
     def export(
@@ -680,12 +684,15 @@ class GearPair:
         return export_design(self.design, Path(folder), what, members, rows, columns, margin, rim, bore, units)
 
     def __repr__(self) -> str:
-        design, point = self.design, self.design.operation
+        point = self.design.operation
         return (
-            f"GearPair({design.name}: {design.pinion.blank.teeth}x{design.gear.blank.teeth}, offset "
-            f"{1e3 * design.assembly.hypoid_offset:.4g} mm, {point.torque:.4g} N m, {point.speed:.4g} rad/s, "
-            f"{point.oil} at {point.temperature:.5g} K)"
+            f"{type(self).__name__}({self.name}: {self._teeth_text()}, {point.torque:.4g} N m, "
+            f"{point.speed:.4g} rad/s, {point.oil} at {point.temperature:.5g} K)"
         )
+
+    def _teeth_text(self) -> str:
+        pinion, gear = self.design.pinion.blank, self.design.gear.blank
+        return f"{pinion.teeth}x{gear.teeth}, offset {1e3 * self.design.assembly.hypoid_offset:.4g} mm"
 
     def _repr_html_(self) -> str:
         design, point = self.design, self.design.operation

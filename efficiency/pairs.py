@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from functools import cached_property, lru_cache
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, TypedDict, Unpack
 
@@ -162,12 +162,8 @@ class CylindricalPair(GearPair):
 
     design: CylindricalDesign  # type: ignore[assignment]
 
-    def __init__(self, design: CylindricalDesign) -> None:
-        self.design = design
-        self._meshes = lru_cache(maxsize=8)(self._mesh)
-
-    def __reduce__(self) -> tuple[type[CylindricalPair], tuple[CylindricalDesign]]:
-        return CylindricalPair, (self.design,)
+    def __init__(self, design: CylindricalDesign, *, keep: bool = False) -> None:
+        super().__init__(design, keep=keep)  # type: ignore[arg-type]
 
     @cached_property
     def _teeth(self) -> TeethElasticity:
@@ -205,27 +201,14 @@ class CylindricalPair(GearPair):
             raise InputError(name, value, NO_MISALIGNMENT)
         return {}
 
-    def misaligned(self, **misalignment: Value) -> CylindricalPair:
-        """The pair itself; `InputError` for any misalignment."""
-        self._placed(misalignment)
-        return self
-
-    def finished(self, finish: str, state: Any = "run_in") -> CylindricalPair:
-        """The pair with a finish of `ehl.shipped("finishes")` on both flanks, "new" or "run_in", with its Rq."""
-        return CylindricalPair(self.design.with_finish(finish, state))
-
     def _bevel_only(self, *_args: Any, **_given: Any) -> NoReturn:
         raise InputError("design", self.design.name, "a bevel or hypoid pair", "The design is of a cylindrical pair.")
 
-    geometry = misalignment = plot_contact = export = sharing_bodies = _bevel_only
+    geometry = misalignment = plot_contact = export = _bevel_only
 
-    def __repr__(self) -> str:
-        design, point = self.design, self.design.operation
-        return (
-            f"CylindricalPair({design.name}: {design.pinion.teeth}x{design.gear.teeth}, helix "
-            f"{math.degrees(design.helix_angle):.4g} deg, {point.torque:.4g} N m, {point.speed:.4g} rad/s, "
-            f"{point.oil} at {point.temperature:.5g} K)"
-        )
+    def _teeth_text(self) -> str:
+        teeth = f"{self.design.pinion.teeth}x{self.design.gear.teeth}"
+        return f"{teeth}, helix {math.degrees(self.design.helix_angle):.4g} deg"
 
     def _repr_html_(self) -> str:
         return Table(("quantity", "pinion / gear"), self.design.rows(), title=self.design.name).html()

@@ -27,9 +27,9 @@ def draw(chart: Any, options: Options) -> None:
     chart.update()
 
 
-def tooth(answer: SceneAnswer, quantity: str) -> Options:
+def tooth(answer: SceneAnswer, name: str) -> Options:
     """A quantity of `SceneAnswer.tooth` on the gear flank, with its outline."""
-    points, top = answer.tooth(quantity)
+    points, top = answer.tooth(name)
     line = {"onZero": False, "show": True}
     axis = AXIS | {"type": "value", "scale": True, "splitLine": {"show": False}, "axisLine": line}
     return {

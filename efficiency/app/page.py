@@ -1,4 +1,4 @@
-"""The page of `mixed-ehl app`: controls, result, fields on the tooth, friction models, map, contact, exports."""
+"""The page of `mixed-ehl app`: controls, result, fields on the tooth, friction models, map, contact, exports; axle."""
 
 import asyncio
 import base64
@@ -6,19 +6,33 @@ import io
 import logging
 import tempfile
 from collections.abc import Callable, Collection
+from functools import partial
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_args
 
 from nicegui import app, core, run, ui
 
 from efficiency.app import charts
-from efficiency.app.axle_tab import AxleTab, chart_card
 from efficiency.app.guard import Guard
-from efficiency.app.scene import CHOICES, FIELDS, FINISHES, FRICTIONS, SHAPE, Bench, Scene, SceneAnswer, changed
+from efficiency.app.scene import (
+    AXLE_FIELDS,
+    CHOICES,
+    FIELDS,
+    FINISHES,
+    FRICTIONS,
+    SHAPE,
+    Bench,
+    Scene,
+    SceneAnswer,
+    changed,
+)
+from efficiency.axle.axle_input import MethodsInput
+from efficiency.axle.result import OUTSIDE, AxleResult
 from efficiency.design.design import MISALIGNMENTS
-from ehl.common.data import data_names
+from ehl.common.data import data_names, reason_text
 from ehl.common.errors import InputError, MixedEhlError
 from ehl.common.quantities import rounded
+from ehl.common.units import KELVIN
 from regression.friction.published_registry import model_label
 
 _T = TypeVar("_T")
@@ -78,9 +92,12 @@ class Page:
                         self.contact.set_visibility(False)
                         self.contact_stale = _outdated("contact")
                 with ui.row().classes("gap-2"):
-                    ui.button("Design file", on_click=self._save_design).props("outline")
-                    ui.button("Report", on_click=self._save_report).props("outline")
-                    ui.button("Python script", on_click=self._save_script).props("outline")
+                    for words, name, make in (
+                        ("Design file", "design.toml", bench.design_text),
+                        ("Report", "report.html", self._report),
+                        ("Python script", "efficiency_of_pair.py", bench.script),
+                    ):
+                        ui.button(words, on_click=partial(self._save, name, make)).props("outline")
 
         async def turned(event: Any) -> None:
             drawer.set_value(event.value != "Axle")  # its settings are those of the pair
@@ -326,26 +343,14 @@ class Page:
 
     # exports
 
-    async def _save_design(self) -> None:
-        text = await self._try(lambda: self.bench.design_text(self.scene))
-        if text is not None:
-            ui.download.content(text, "design.toml")
-
-    async def _save_script(self) -> None:
-        text = await self._try(lambda: self.bench.script(self.scene))
-        if text is not None:
-            ui.download.content(text, "efficiency_of_pair.py")
-
-    async def _save_report(self) -> None:
-        def made() -> bytes:
-            with tempfile.TemporaryDirectory() as folder:
-                path = Path(folder) / "report.html"
-                self.bench.answer(self.scene).result.report(path)
-                return path.read_bytes()
-
-        content = await self._try(made)
+    async def _save(self, name: str, make: Callable[[Scene], str | bytes]) -> None:
+        content = await self._try(lambda: make(self.scene))
         if content is not None:
-            ui.download.content(content, "report.html")
+            ui.download.content(content, name)
+
+    def _report(self, scene: Scene) -> bytes:
+        with tempfile.TemporaryDirectory() as folder:
+            return self.bench.answer(scene).result.report(Path(folder) / "report.html").read_bytes()
 
 
 def _outdated(name: str) -> Any:
@@ -362,13 +367,99 @@ def _note(note: Any) -> None:
 
 def _drawn(answer: SceneAnswer) -> tuple[dict[str, Any], dict[str, Any], list[Any]]:
     """Charts of pressure and loss on the tooth, and the notes."""
-    return charts.tooth(answer, "pressure"), charts.tooth(answer, "loss_density"), answer.notes
+    return charts.tooth(answer, "pressure_hertz"), charts.tooth(answer, "loss_density"), answer.notes
 
 
 def _picture(figure: Any) -> str:
     held = io.BytesIO()
     figure.savefig(held, format="png", dpi=110, bbox_inches="tight")
     return "data:image/png;base64," + base64.b64encode(held.getvalue()).decode()
+
+
+def chart_card(title: str, classes: str = "flex-1 min-w-[320px]") -> Any:
+    """An empty chart in a card with a title."""
+    with ui.card().classes(classes):
+        ui.label(title).classes("text-sm opacity-70")
+        return ui.echart({"series": []}).classes("h-72 w-full")
+
+
+class AxleTab:
+    """Controls and results of an axle."""
+
+    def __init__(self, bench: Bench) -> None:
+        self.bench, self.inputs, self.busy = bench, dict[str, Any](), False
+        names = list(data_names("axles"))
+        with ui.row().classes("w-full gap-3 items-end"):
+            self.inputs["axle"] = ui.select(names, value=names[0], label="axle").props("dense").mark("axle")
+            for name, (label, value) in AXLE_FIELDS.items():
+                self.inputs[name] = ui.input(label, value=value).props("dense debounce=300").mark(f"axle_{name}")
+            for name, field in MethodsInput.model_fields.items():
+                chosen = ui.select(list(get_args(field.annotation)), value=field.default, label=name)
+                self.inputs[name] = chosen.classes("w-40").props("dense").mark(f"axle_{name}")
+        with ui.card().classes("w-full"):
+            self.headline = ui.label("").classes("text-3xl font-bold").mark("axle_headline")
+            self.details = ui.label("").classes("text-sm whitespace-pre-line")
+            self.fault = ui.label("").classes("text-negative").mark("axle_fault")
+        with ui.row().classes("w-full gap-3"):
+            self.bars = chart_card("Loss by source [W]; marks: 90 % interval")
+            with ui.card().classes("flex-1 min-w-[320px]"):
+                ui.button("Loss over the speed", on_click=self._draw_speeds).mark("axle_speeds")
+                self.speeds = ui.echart({"series": []}).classes("h-80 w-full")
+        ui.label(OUTSIDE).classes("text-sm opacity-70")
+        for element in self.inputs.values():
+            element.on_value_change(self.refresh)
+
+    async def _try(self, work: Callable[[], Any]) -> Any:
+        def attempt() -> tuple[Any, str]:
+            try:
+                return work(), ""
+            except MixedEhlError as error:
+                return None, str(error)
+
+        found, self.fault.text = await run.io_bound(attempt)  # type: ignore[misc]
+        return found
+
+    def _texts(self) -> dict[str, str]:
+        return {name: str(element.value or "") for name, element in self.inputs.items()}
+
+    async def refresh(self) -> None:
+        """Compute the result of the current inputs, repeatedly if they change meanwhile."""
+        if self.busy:
+            return
+        self.busy, texts = True, dict[str, str]()
+        try:
+            while texts != self._texts():
+                texts = self._texts()
+                self.headline.text = "computing"
+                found = await self._try(lambda texts=texts: self.bench.axle_point(texts))  # type: ignore[misc]
+                self.headline.text, self.details.text = ("no result", "") if found is None else _words(found)
+                if found is not None and not found.reason:
+                    rows = [(name, *row[:3]) for name, row in found.split().items()]
+                    charts.draw(self.bars, charts.losses(rows))
+        finally:
+            self.busy = False
+
+    async def _draw_speeds(self) -> None:
+        texts = self._texts()
+        found = await self._try(lambda: self.bench.axle_speeds(texts))
+        if found is not None:
+            charts.draw(self.speeds, charts.stacked(*found))
+
+
+def _words(found: AxleResult) -> tuple[str, str]:
+    """Loss with its interval; efficiency, temperatures, other methods and notes."""
+    total, low, high, _ = found.split()["total"]
+    if found.reason:
+        return "no result", "\n".join((reason_text(found.reason), *found.notes))
+    point = found.points[0]
+    others = ", ".join(f"{name} {rounded(loss, 2):.6g} W" for name, loss in found.alternatives.items())
+    lines = [
+        f"Efficiency {100.0 * point.axle_efficiency:.1f} %, oil {point.temperature - KELVIN:.1f} °C, housing "
+        f"{point.temperature_housing - KELVIN:.1f} °C, heat that warms the axle {rounded(point.heat_stored, 2):.6g} W.",
+        f"Other methods: {others}.",
+    ]
+    total, low, high = (rounded(value, 2) for value in (total, low, high))
+    return f"{total:.6g} W ({low:.6g} to {high:.6g})", "\n".join((*lines, *found.notes))
 
 
 def serve(bench: Bench, port: int, token: str, *, browser: bool) -> None:

@@ -10,10 +10,10 @@ import math
 import re
 import tomllib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, fields, replace
-from functools import cached_property
+from dataclasses import dataclass, fields, replace
+from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, cast
 
 import numpy as np
 
@@ -34,6 +34,7 @@ from ehl.common.data import data_names, data_path
 from ehl.common.errors import InputError, MixedEhlError
 from ehl.common.files import toml_text
 from ehl.common.notes import Note
+from ehl.common.quantities import to_display
 from ehl.common.units import UNITS
 from ehl.common.validation import read_toml
 from ehl.contact import Contact
@@ -85,8 +86,6 @@ MAP_STEPS = 7  # torques and speeds of a map each
 _LIMIT = re.compile(r"(-?\d[\d.e+-]*) (m|K|rad/s|rad|N\*m)\b")
 _LONGEST = 40  # characters of a field
 _KEPT = 16  # pairs, axles, settings and loads, each
-_Key = TypeVar("_Key")
-_T = TypeVar("_T")
 
 
 @dataclass(frozen=True)
@@ -169,17 +168,16 @@ class SceneAnswer:
         """Fields over the gear flank."""
         return FlankMap.of(self.loaded.mesh.bevel.flanks(), self.result)
 
-    def tooth(self, quantity: str) -> tuple[list[list[float]], float]:
+    def tooth(self, name: str) -> tuple[list[list[float]], float]:
         """Points of the gear flank: along the pitch cone [mm], over it [mm], value; and the largest value.
 
-        The quantity is ``pressure`` [GPa] or ``loss_density`` [W/mm2].
+        The name is ``pressure_hertz`` [GPa] or ``loss_density`` [W/mm2].
         """
         flank = self.flank
         if not flank.drawable:
             return [], 0.0
         u, h = flank.place()
-        scale = 1e-9 if quantity == "pressure" else 1e-6
-        values = (flank.of_load("pressure_hertz") if quantity == "pressure" else flank.local(quantity)) * scale
+        values = to_display(name, flank.local(name))
         shown = np.isfinite(values) & flank.loaded
         points = np.column_stack([1e3 * u[shown], 1e3 * h[shown], values[shown]])
         return points.round(4).tolist(), float(values[shown].max(initial=0.0))
@@ -202,15 +200,16 @@ class SceneAnswer:
         return f"{100.0 * found.efficiency:.2f} %{interval}"
 
 
-@dataclass
 class Bench:
-    """Pairs, meshes and loads kept between evaluations."""
+    """Pairs, meshes and loads kept between evaluations.
 
-    given: Path | None = None  # design file of the command line: the only file that is opened
-    _pairs: dict[str, GearPair] = field(default_factory=dict, repr=False)
-    _loads: dict[tuple[str, ...], LoadedMesh] = field(default_factory=dict, repr=False)
-    _settings: dict[tuple[str, str], SettingsResult] = field(default_factory=dict, repr=False)
-    _axles: dict[str, Axle] = field(default_factory=dict, repr=False)
+    given: design file of the command line, the only file that is opened.
+    """
+
+    def __init__(self, given: Path | None = None) -> None:
+        self.given, kept = given, lru_cache(maxsize=_KEPT)
+        self._pair, self._axle = kept(lambda design: GearPair(self._source(design))), kept(Axle)
+        self._made, self._load = kept(self._cut), kept(self._under_load)
 
     @property
     def designs(self) -> list[str]:
@@ -226,7 +225,7 @@ class Bench:
         """The pair of a name: a shipped one, or the file of the command line."""
         if design not in self.designs:
             raise InputError("design", design[:_LONGEST], "one of " + ", ".join(self.designs))
-        return _kept(self._pairs, design, lambda: GearPair(self._source(design)))
+        return self._pair(design)
 
     def start(self, design: str | None = None) -> Scene:
         """The scene of a design as it is, every field filled."""
@@ -272,17 +271,20 @@ class Bench:
 
     def settings(self, scene: Scene) -> SettingsResult | None:
         """Machine settings of the changed flanks; None for the flanks of the design."""
-        shape, targets = self.shape(scene), self.targets(scene.design)
-        if not shape or targets is None:
+        shape = self.shape(scene)
+        if not shape:
             return None
-        key = (scene.design, repr(shape))
-        wanted = with_values(targets, shape, "both")
-        found = _kept(self._settings, key, lambda: machine_settings(wanted, transmission=False))
+        found = self._made(scene.design, tuple(shape.items()))
         if found.status != "converged":
             raise InputError(
                 next(iter(shape)), None, f"flanks that can be cut ({found.status})", "".join(found.warnings[:1])
             )
         return found
+
+    def _cut(self, design: str, shape: tuple[tuple[str, float], ...]) -> SettingsResult:
+        targets = self.targets(design)
+        assert targets is not None  # a design without targets has no shape
+        return machine_settings(with_values(targets, dict(shape), "both"), transmission=False)
 
     def roughness(self, design: str, finish: str = "") -> dict[str, str]:
         """Texts of the fields of Rq of a pair with a finish."""
@@ -292,18 +294,16 @@ class Bench:
 
     def loaded(self, scene: Scene) -> LoadedMesh:
         """The loaded mesh of a scene; the last few are kept. A finish changes neither mesh nor load."""
-        mesh_values, torque = scene.mesh_values, scene.values("torque")
-        made = self.settings(scene)
-        key = (scene.design, scene.side, repr(mesh_values), repr(torque), repr(self.shape(scene)))
-
-        def load() -> LoadedMesh:
-            pair: Any = self.pair(scene.design) if made is None else GearPair(made.design)
-            loaded: LoadedMesh = pair.mesh(side=scene.side, **mesh_values).load(torque.get("torque"))
-            return loaded
-
-        found = _kept(self._loads, key, load)
+        # only what the load depends on
+        bare = Scene(scene.design, scene.side, torque=scene.torque)
+        found = self._load(replace(bare, **{name: getattr(scene, name) for name in (*MISALIGNMENTS, *SHAPE)}))
         mesh = found.mesh
         return replace(found, mesh=replace(mesh, design=_finished(mesh.bevel, scene.finish))) if scene.finish else found
+
+    def _under_load(self, scene: Scene) -> LoadedMesh:
+        made, placed = self.settings(scene), cast("Any", {"side": scene.side, **scene.mesh_values})
+        pair = self.pair(scene.design) if made is None else GearPair(made.design)
+        return pair.mesh(**placed).load(scene.values("torque").get("torque"))
 
     def axle(self, texts: Mapping[str, str]) -> tuple[Axle, dict[str, str]]:
         """A shipped axle with the methods of the tab, and the operating point."""
@@ -314,7 +314,7 @@ class Bench:
         kelvin = texts["temperature"]
         point["temperature"] = kelvin if kelvin == BALANCE else f"{kelvin} degC"
         methods = {key: text for key, text in texts.items() if key not in ("axle", *AXLE_FIELDS)}
-        return _kept(self._axles, name, lambda: Axle(name)).with_methods(**methods), point
+        return self._axle(name).with_methods(**methods), point
 
     def axle_point(self, texts: Mapping[str, str]) -> AxleResult:
         """Losses of an axle at the operating point of the tab."""
@@ -509,15 +509,6 @@ def _text(name: str, value: float, digits: int = 6) -> str:
     """An SI value in the unit of a field."""
     _, factor, zero = UNITS.get(FIELDS[name][0], ("", 1.0, 0.0))
     return f"{(value - zero) / factor:.{digits}g}"
-
-
-def _kept(store: dict[_Key, _T], key: _Key, make: Callable[[], _T]) -> _T:
-    """An entry of a store that keeps the last few, made where it is missing."""
-    if key not in store:
-        store[key] = make()
-        while len(store) > _KEPT:
-            store.pop(next(iter(store)))
-    return store[key]
 
 
 def changed(scene: Scene, **values: str) -> Scene:

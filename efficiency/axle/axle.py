@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, Literal, get_args
 
 import numpy as np
+from scipy.interpolate import RegularGridInterpolator
 
 from efficiency.axle.axle_input import AxleInput, MethodsInput, ShaftInput, load_axle
 from efficiency.axle.bearings import BEARING_METHODS, BearingState, bearing_limits
@@ -242,22 +243,16 @@ class Axle:
         """Mesh losses of one side, their intervals interpolated from the ends of the axes, and the torques solved."""
         driver: Any = "pinion" if side == "drive" else "gear"
         grid = self._mesh(side).map(friction, *axes, driver=driver)
-        few = [sorted({0, len(values) - 1}) for values in axes]
-        shape = tuple(map(len, axes))
+        shape, few = tuple(map(len, axes)), [sorted({0, len(values) - 1}) for values in axes]
         corners = [grid.points[int(np.ravel_multi_index(place, shape))].result for place in itertools.product(*few)]
-        found = [_ends(corner) for corner in corners]
-        spread = []
-        for end in (0, 1):
-            values = np.log([one[end] for one in found]).reshape([len(some) for some in few])
-            for axis, (some, every) in enumerate(zip(few, axes, strict=True)):
-                values = np.moveaxis(values, axis, -1)
-                lines = [np.interp(every, np.array(every)[some], line) for line in values.reshape(-1, len(some))]
-                values = np.moveaxis(np.reshape(lines, (*values.shape[:-1], len(every))), -1, axis)
-            spread.append(np.exp(values).ravel())
+        ends = np.log([_ends(corner) for corner in corners]).reshape(*map(len, few), 2)
+        at_corners = [[values[k] for k in some] for values, some in zip(axes, few, strict=True)]
+        places = list(itertools.product(*axes))
+        spread = np.exp(RegularGridInterpolator(at_corners, ends)(places)).tolist()
         model = next((corner.friction_model for corner in corners if corner is not None), "")
-        at = zip(itertools.product(*axes), grid.points, *spread, strict=True)
         nodes = sorted({point.result.conditions.torque for point in grid.points if point.result is not None})
-        return {place: _MeshLoss.of(point, (low, high), model) for place, point, low, high in at}, nodes
+        found = zip(places, grid.points, spread, strict=True)
+        return {place: _MeshLoss.of(point, (low, high), model) for place, point, (low, high) in found}, nodes
 
     @one_thread
     def duty(
@@ -472,11 +467,10 @@ class Axle:
         put_in, given_out = (pinion, pinion - total) if pinion > 0.0 else (total - pinion, -pinion)
         housing, cooler, wall = self.input.housing.removed(row.temperature)
         efficiency = max(given_out, 0.0) / put_in if put_in > 0.0 else math.nan
-        at = {"torque": row.torque, "speed": row.speed, "temperature": row.temperature, "hours": row.hours}
         heat = {"heat_housing": housing, "heat_cooler": cooler, "heat_stored": total - housing - cooler}
         split = {f"loss_{name}": loss for name, loss in {"mesh": mesh.loss, **others}.items()}
         return AxlePoint(
-            **at,
+            **vars(row),
             temperature_housing=wall,
             loss_total=total,
             loss_total_lower=total - math.hypot(*down),

@@ -38,19 +38,17 @@ def loss_map(
     conditions: shared.HeldOptions,
     axle: _AxleOptions,
     model: shared.MapFileOption = None,
-    json_output: shared.JsonOption = False,
     files: shared.TableOptions,
 ) -> None:
     """Torque loss over pinion torque and speed, drive and coast, for vehicle simulation."""
     shared.check_map_files(model)
-    shared.check_files(files)
     losses = _axle(axle)
     with working("loss map"):
         found = efficiency.load(design).loss_map(
             torque, speed, friction, axle=losses, interval=bool(model), temperature=temperature, **conditions
         )
     shared.write_map(found, model)
-    shared.present(found, json_output, **files)
+    shared.present(found, **files)
 
 
 @shared.with_groups
@@ -69,12 +67,10 @@ def axle_test(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Write the test points as CSV in the format of GEM.")
     ] = None,
-    json_output: shared.JsonOption = False,
     files: shared.TableOptions,
 ) -> None:
     """Power loss at the test points of 40 CFR 1037.560."""
     check_outputs({"output": output})
-    shared.check_files(files)
     options = conditions | given({"torque_max": torque_max, "temperature": temperature})
     losses = _axle(axle)
     with working("loss map"):
@@ -83,7 +79,7 @@ def axle_test(
         )
     if output is not None and found.status == "converged":
         found.to_csv(output)
-    shared.present(found, json_output, **files)
+    shared.present(found, **files)
 
 
 def _axle(options: dict[str, Any]) -> Any:
@@ -118,17 +114,13 @@ def axle(
     model: shared.MapFileOption = None,
     test: Annotated[str | None, typer.Option(help="Test points of 40 CFR 1037.560: single or tandem.")] = None,
     methods: _MethodOptions,
-    report: shared.ReportOption = None,
-    json_output: shared.JsonOption = False,
-    files: shared.TableOptions,
+    files: shared.ReportOptions,
 ) -> None:
     """Losses of an axle (mesh, bearings, seals, churning) at a point, over a map, a duty cycle or the test points.
 
     With --temperature balance, the oil temperature follows from the heat balance of loss, housing and cooler.
     """
     shared.check_map_files(model)
-    files = files | given({"report": report})
-    shared.check_files(files)
     application = shared.one_of("test", test, "single", "tandem")
     of_map = any(is_list(point.get(name, "")) for name in ("torque", "speed", "temperature"))
     if model and not of_map:
@@ -137,7 +129,7 @@ def axle(
         found = _solve(efficiency.Axle(axle, methods=methods), point, of_map, friction, duty, application)
     if model:
         shared.write_map(found.loss_map(), model)
-    shared.present(found, json_output, **files)
+    shared.present(found, **files)
 
 
 def _solve(axle: efficiency.Axle, point: Any, of_map: bool, friction: Any, duty: Path | None, application: Any) -> Any:

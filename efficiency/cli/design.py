@@ -20,17 +20,13 @@ PAIRS = ("fh_hypoid_9x34_relieved", "fh_hypoid_9x34_offset_10_relieved")
 def blank(
     *,
     file: shared.BlankArgument,
-    json_output: shared.JsonOption = False,
-    report: shared.ReportOption = None,
-    files: shared.TableOptions,
+    files: shared.ReportOptions,
 ) -> None:
     """Blank of a bevel or hypoid pair after ISO 23509: cones, depths, thicknesses, contact ratios, warnings.
 
     The files and the report contain the gear data for the drawings of both members.
     """
-    files |= console.given({"report": report})
-    shared.check_files(files)
-    shared.present(efficiency.blank(file), json_output, **files)
+    shared.present(efficiency.blank(file), **files)
 
 
 @shared.with_groups
@@ -245,7 +241,7 @@ def misalignment(
             **console.given({"oil": oil}),
             **axes,
         )
-    shared.present(states, json_output, csv=csv, plot=plot, report=report)
+    shared.present(states, json_output=json_output, csv=csv, plot=plot, report=report)
 
 
 @shared.with_groups

@@ -42,7 +42,6 @@ def gear(
     design: shared.DesignArgument,
     friction: shared.FrictionOption = None,
     conditions: shared.ConditionOptions,
-    json_output: shared.JsonOption = False,
     files: shared.FileOptions,
     misalignment: shared.MisalignmentOptions,
     bulk: BulkOption = None,
@@ -65,7 +64,6 @@ def gear(
     save_load: SaveLoadOption = None,
 ) -> None:
     """Efficiency of a gear pair at one operating point: contact, load, friction, power loss, strength."""
-    shared.check_files(files)
     check_outputs({"save_load": save_load})
     _refuse_lists(conditions)
     if tolerance is not None:
@@ -75,7 +73,7 @@ def gear(
         at = {"torque": whole.design.operation.torque, **conditions, **given({"bulk": bulk}), **misalignment}
         with working("random states"):
             states = whole.misalignment(samples=tolerance, accuracy_grade=accuracy_grade, friction=friction, **at)
-        shared.present(states, json_output, **files)
+        shared.present(states, **files)
         return
     shared.refuse("one state", {"accuracy_grade": accuracy_grade})
     pair = _pair(design, misalignment)
@@ -84,7 +82,7 @@ def gear(
         others |= {"friction": friction, "bulk": bulk, "uncertainty": uncertainty, "strength": strength}
         shared.refuse("--rating", others | {"load_from": load_from, "save_load": save_load} | misalignment)
         at = {name: conditions[name] for name in ("torque", "speed") if name in conditions}
-        shared.present(pair.rating(**at, duty=spectrum), json_output, **files)
+        shared.present(pair.rating(**at, duty=spectrum), **files)
         return
     shared.refuse("a computation without --rating", {"spectrum": spectrum})
     if load_from is not None:
@@ -99,9 +97,11 @@ def gear(
             loaded.write_load(save_load, result)
         if uncertainty and result.status == "converged":
             result = result.with_inputs(result.uncertainty(solved=True))
-    parts = {"drawing": pair.drawing(), "strength": result.strength if strength else None} if json_output else {}
-    more = {name: part.to_dict() for name, part in parts.items() if part is not None}
-    shared.present(result, json_output, more, **files)
+    more = {}
+    if "json_output" in files:
+        parts = {"drawing": pair.drawing(), "strength": result.strength if strength else None}
+        more = {name: part.to_dict() for name, part in parts.items() if part is not None}
+    shared.present(result, more=more, **files)
 
 
 @shared.with_groups
@@ -110,7 +110,6 @@ def map_points(
     design: shared.DesignArgument,
     friction: shared.FrictionOption = None,
     conditions: shared.ConditionOptions,
-    json_output: shared.JsonOption = False,
     files: shared.FileOptions,
     misalignment: shared.MisalignmentOptions,
     strength: shared.StrengthOption = False,
@@ -123,13 +122,12 @@ def map_points(
 
     Each quantity is one value, a list '100, 200, 300 N m' or a range '50:200:4 N m'; its default is that of the design.
     """
-    shared.check_files(files)
     pair = _pair(design, misalignment)
     [model] = pair.check([friction], **conditions)
     with working("operating points"):
         more: dict[str, Any] = {"strength": strength, "interval": interval, "every_point": every_point}
         grid = pair.mesh(conditions.pop("side", "drive")).map(model, **more, **conditions)
-    shared.present(grid, json_output, **files)
+    shared.present(grid, **files)
 
 
 @shared.with_groups
@@ -139,7 +137,6 @@ def duty(
     file: DutyArgument,
     friction: shared.FrictionOption = None,
     conditions: shared.HeldOptions,
-    json_output: shared.JsonOption = False,
     files: shared.TableOptions,
     misalignment: shared.MisalignmentOptions,
     tyre_radius: Annotated[
@@ -151,13 +148,12 @@ def duty(
     temperature: Annotated[str | None, typer.Option(help="Oil temperature if the file has none.")] = None,
 ) -> None:
     """Energies of a gear pair over a duty cycle, by row and in total."""
-    shared.check_files(files)
     pair = _pair(design, misalignment)
     [model] = pair.check([friction], **conditions)
     with working("duty cycle"):
         recorded = given({"tyre_radius": tyre_radius, "ratio": ratio, "temperature": temperature})
         cycle = pair.duty(file, model, **recorded, **conditions)
-    shared.present(cycle, json_output, **files)
+    shared.present(cycle, **files)
 
 
 @shared.with_groups
@@ -166,14 +162,12 @@ def geometry(
     design: shared.DesignArgument,
     side: Annotated[str, typer.Option(help="Flanks in contact: drive, coast or both.")] = "both",
     marking: shared.MarkingOption = None,
-    json_output: shared.JsonOption = False,
     files: shared.PageOptions,
     misalignment: shared.MisalignmentOptions,
 ) -> None:
     """Geometry and unloaded contact of a gear pair: ease-off, contact pattern, transmission error, contact ratios."""
-    shared.check_files(files)
     shape = _pair(design, misalignment).geometry(side, marking)
-    shared.present(shape, json_output, **files)
+    shared.present(shape, **files)
 
 
 def _refuse_lists(conditions: dict[str, str]) -> None:
@@ -193,14 +187,9 @@ def compare(
     conditions: shared.ConditionOptions,
     duty: Annotated[Path | None, advanced(help="Duty cycle, CSV or XLSX: energy by model as well.")] = None,
     load_from: LoadFromOption = None,
-    json_output: shared.JsonOption = False,
-    plot: Annotated[Path | None, shared.output_option(help="Write the figure (PNG, SVG, PDF).")] = None,
-    report: shared.ReportOption = None,
-    files: shared.TableOptions,
+    files: shared.FigureOptions,
 ) -> None:
     """Compare friction models, constant mu and closed forms on one gear pair."""
-    files |= given({"report": report, "plot": plot})
-    shared.check_files(files)
     _refuse_lists(conditions)
     pair = efficiency.load(design)
     models = pair.check(friction or (), **conditions) or None
@@ -212,7 +201,7 @@ def compare(
             comparison = pair.compare(models, at, side=side, duty=duty, **conditions)
         else:
             comparison = pair.mesh(side).load_from(load_from, at).compare(models, **conditions)
-    shared.present(comparison, json_output, **files)
+    shared.present(comparison, **files)
 
 
 def demo(

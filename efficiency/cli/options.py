@@ -31,9 +31,10 @@ output_option: Any = functools.partial(typer.Option, rich_help_panel=OUTPUT)
 
 @dataclass(frozen=True)
 class OptionGroup:
-    """Options passed to a command as one dictionary: keyword and annotation of each."""
+    """Options passed to a command as one dictionary: keyword and annotation of each, and their check."""
 
     options: dict[str, Any]
+    check: Callable[[dict[str, Any]], None] = lambda given: None
 
 
 def with_groups(command: Callable[..., None]) -> Callable[..., None]:
@@ -59,6 +60,7 @@ def with_groups(command: Callable[..., None]) -> Callable[..., None]:
     def grouped(**values: Any) -> None:
         for name, group in groups.items():
             values[name] = given({option: values.pop(option) for option in group.options})
+            group.check(values[name])
         command(**values)
 
     grouped.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
@@ -75,6 +77,31 @@ def misalignment_group(e: str, p: str, g: str, angle: str, panel: str | None = A
     """Options of the misalignments with their help texts."""
     texts = {"E": ("--E", e), "P": ("--P", p), "G": ("--G", g), "shaft_angle_error": ("--shaft-angle-error", angle)}
     return OptionGroup({key: text_option(text, panel, name) for key, (name, text) in texts.items()})
+
+
+def check_files(files: Mapping[str, Any]) -> None:
+    """Raise an `InputError` for files and folders that cannot be written, or unknown units."""
+    check_outputs({n: path for n, path in files.items() if isinstance(path, Path)}, ("csv", "plot"), create=True)
+    unit_system(files.get("units"))
+
+
+def one_of(field: str, text: str | None, *allowed: str) -> Any:
+    """Check an option that accepts only the given words; None if it is not given."""
+    text = next((word for word in allowed if text is not None and word.casefold() == text.casefold()), text)
+    if text is not None and text not in allowed:
+        raise InputError(field, text, " or ".join(allowed))
+    return text
+
+
+def unit_system(units: str | None) -> Any:
+    """Metric or inch."""
+    return one_of("units", units, "metric", "inch") or "metric"
+
+
+def file_options(*groups: Mapping[str, Any]) -> Any:
+    """Annotation of the options for `present`: ``--json`` and files."""
+    options = {name: option for group in groups for name, option in group.items()}
+    return Annotated[dict[str, Any], OptionGroup({"json_output": JsonOption} | options, check_files)]
 
 
 AxleArgument = shipped_argument("AXLE", "axles", "An axle file")
@@ -152,9 +179,10 @@ _TABLES = {
     "xlsx": Annotated[Path | None, output_option(help="Write all tables into one workbook.")],
     "csv": Annotated[Path | None, advanced(help="Folder for all tables as CSV.")],
 }
-TableOptions = Annotated[dict[str, Any], OptionGroup(_TABLES)]
-PageOptions = Annotated[dict[str, Any], OptionGroup(_PAGE)]
-FileOptions = Annotated[dict[str, Any], OptionGroup({**_PAGE, **_TABLES})]
+_FIGURE = {"plot": Annotated[Path | None, output_option(help="Write the figure (PNG, SVG, PDF).")]}
+_REPORT = {"report": ReportOption}
+TableOptions, PageOptions, FileOptions = file_options(_TABLES), file_options(_PAGE), file_options(_PAGE, _TABLES)
+ReportOptions, FigureOptions = file_options(_REPORT, _TABLES), file_options(_FIGURE, _REPORT, _TABLES)
 FreshOption = Annotated[
     bool, advanced("--fresh", help="Delete the results of an earlier run in the folder and start again.")
 ]
@@ -207,29 +235,11 @@ def write_map(found: Any, files: Sequence[Path] | None) -> None:
             found.write_model(path)
 
 
-def check_files(files: Mapping[str, Any]) -> None:
-    """Raise an `InputError` for files and folders that cannot be written, or unknown units."""
-    check_outputs({n: path for n, path in files.items() if isinstance(path, Path)}, ("csv", "plot"), create=True)
-    unit_system(files.get("units"))
-
-
-def one_of(field: str, text: str | None, *allowed: str) -> Any:
-    """Check an option that accepts only the given words; None if it is not given."""
-    text = next((word for word in allowed if text is not None and word.casefold() == text.casefold()), text)
-    if text is not None and text not in allowed:
-        raise InputError(field, text, " or ".join(allowed))
-    return text
-
-
-def unit_system(units: str | None) -> Any:
-    """Metric or inch."""
-    return one_of("units", units, "metric", "inch") or "metric"
-
-
-def present(result: Any, json_output: bool, more: Mapping[str, Any] | None = None, **files: Any) -> None:
+def present(
+    result: Any, *, json_output: bool = False, more: Mapping[str, Any] | None = None, cite: bool = False, **files: Any
+) -> None:
     """Print and write a result, with more content of the JSON; exit code 1 if it failed."""
     options = {"units": unit_system(files.pop("units"))} if "units" in files else {}
-    cite = files.pop("cite", False)
     try:  # files first, as standard output may be closed; the result is shown even if a file cannot be written
         result.write(**files, **options)
     finally:

@@ -188,7 +188,7 @@ class DutyCycle(PointsResult):
     2.0
     """
 
-    presenter = "efficiency.output.map_report:duty"
+    presenter = "efficiency.output.gear_report:duty"
     kind_of_points = "rows"
 
     design: str
@@ -306,15 +306,8 @@ def _share_of_squares(found: InputUncertainty) -> tuple[float, float]:
     return (low / down if down else 1.0), (high / up if up else 1.0)
 
 
-def duty_cycle(
-    duty: Sequence[DutyRow], points: Sequence[GridPoint], design: str, friction_model: str, oil: str
-) -> DutyCycle:
-    """Energies of the rows of a duty cycle from the efficiencies of `efficiency.conditions.grid.Evaluator.points`."""
-    rows = tuple(_energy(row, point) for row, point in zip(duty, points, strict=True))
-    return DutyCycle(design, friction_model, oil, rows, tuple(points))
-
-
-def _energy(row: DutyRow, point: GridPoint) -> DutyEnergy:
+def row_energy(row: DutyRow, point: GridPoint) -> DutyEnergy:
+    """Energies of a row of a duty cycle from its point of `efficiency.conditions.grid.Evaluator.points`."""
     seconds, result = row.hours * HOUR, point.result
 
     def value(name: str) -> float:

@@ -79,11 +79,6 @@ def _between(nodes: Sequence[int], values: Sequence[Any]) -> list[int]:
     return [min(inside[k], key=lambda at: abs(float(x[at]) - 0.5 * sum(gaps[k]))) for k in sorted(chosen)]
 
 
-def _own_error(point: GridPoint) -> float:
-    """Numerical error of a point relative to its loss."""
-    return float(point.figure("efficiency_error") / (1.0 - point.figure("efficiency")))
-
-
 def _interpolated(
     axes: Axes, nodes: Sequence[Sequence[int]], solved: Mapping[Place, GridPoint]
 ) -> dict[str, FloatArray] | None:
@@ -229,7 +224,7 @@ class Grid(Tabular, PointsResult):
     ((2, 2), 4)
     """
 
-    presenter = "efficiency.output.map_report:map"
+    presenter = "efficiency.output.gear_report:map"
 
     axes: dict[str, tuple[Any, ...]]
     points: tuple[GridPoint, ...] = field(repr=False)
@@ -369,12 +364,13 @@ class Evaluator:
             found = None if any(point.reason for point in solved.values()) else _interpolated(axes, nodes, solved)
             if found is None:
                 break
-            differences = [
-                (abs(math.log(found["power_loss"][place] / solved[place].figure("power_loss"))), solved[place])
-                for place in checks
-            ]
-            if all(d <= max(WORST, _own_error(point)) for d, point in differences):
-                error = SAFETY * max(d for d, _ in differences)
+            differences, own = [], []  # of ln(loss); numerical errors relative to the loss
+            for place in checks:
+                point = solved[place]
+                differences.append(abs(math.log(found["power_loss"][place] / point.figure("power_loss"))))
+                own.append(float(point.figure("efficiency_error") / (1.0 - point.figure("efficiency"))))
+            if all(d <= max(WORST, error) for d, error in zip(differences, own, strict=True)):
+                error = SAFETY * max(differences)
                 found["efficiency_error"] += error * (1.0 - found["efficiency"])
                 return solved, found, error
             nodes = [

@@ -23,7 +23,6 @@ from efficiency.optimisation.problem import (
     START,
     SearchProblem,
     as_made,
-    misalignment_of,
     state_text,
     with_values,
 )
@@ -199,7 +198,7 @@ def duty_results(
     """Results of all operating points in one state; raises `ConvergenceError` if one has no result."""
     model = resolve_friction(friction or problem.friction, pair.design)
     own = pair.design.assembly.misalignment.model_dump()
-    shifted = {name: own[name] + value for name, value in misalignment_of(state).items()}
+    shifted = {name: own[name] + value for name, value in state.items() if name in own}
     results = []
     for row in problem.duty:
         result = pair.at(model, grid=grid, many=True, oil=problem.oil, **shifted, **row.condition)

@@ -167,7 +167,9 @@ def optimise(
     problem = make_problem(
         start, variables, objectives, limits, duty, misalignment, tolerance, over, flanks, friction, oil
     )
-    _check_numbers(evaluations, batch, check, len(problem.variables))
+    check_count("evaluations", evaluations, len(problem.variables) + 3, MAX_EVALUATIONS)
+    check_count("batch", batch, 1, 256)
+    check_count("check", check, 0, 100)
     if solved is not None and solved.partition(":")[0] != "ehl":
         models = "a friction model with solved contacts: ehl, ehl:smooth"
         raise InputError("check friction", solved, models, "The search itself already uses a formula.")
@@ -187,7 +189,10 @@ def optimise(
     with progress_to(progress), cluster(dask) as workers, Journal(path, field="output") as journal:
         evaluate = partial(evaluate_all, executor=workers or local_executor(jobs), journal=journal, done=step)
         if path is not None:
-            _write_problem(problem, path.with_name("problem.json"), evaluations, batch, seed)
+            content = {"version": __version__, **asdict(problem), "start": problem.start.model_dump()}
+            content |= {"evaluations": evaluations, "batch": batch, "seed": seed}
+            text = json.dumps(finite_or_none(content), indent=1) + "\n"
+            write_file(path.with_name("problem.json"), text, "output", folder=True)
         problem, first, states, task, notes = _begin(problem, evaluate, default=limits is None)
         allowed = allowed_of(problem, first)
         correction, points = Correction(problem, allowed), [first]
@@ -218,12 +223,10 @@ def optimise(
         reused=len(journal.reused),
         seconds=time.perf_counter() - clock,
     )
-    return replace(found, notes=(*found.notes, *_split_note(split), *_at_bounds(found)))
-
-
-def _split_note(split: dict[str, float]) -> list[str]:
-    parts = ", ".join(f"{part} {100.0 * gain:+.1f} %" for part, gain in split.items())
-    return [f"gain by kind of variable, one after the other: {parts}"] if parts else []
+    if split:
+        parts = ", ".join(f"{part} {100.0 * gain:+.1f} %" for part, gain in split.items())
+        notes.append(f"gain by kind of variable, one after the other: {parts}")
+    return replace(found, notes=(*notes, *_at_bounds(found)))
 
 
 def _at_bounds(found: Optimisation) -> list[str]:
@@ -293,21 +296,6 @@ def make_problem(
         friction=friction or default_friction(card),
         oil=card,
     )
-
-
-def _check_numbers(evaluations: int, batch: int, check: int, variables: int) -> None:
-    for name, value, least, most in (
-        ("evaluations", evaluations, variables + 3, MAX_EVALUATIONS),
-        ("batch", batch, 1, 256),
-        ("check", check, 0, 100),
-    ):
-        check_count(name, value, least, most)
-
-
-def _write_problem(problem: search_problem.SearchProblem, path: Path, evaluations: int, batch: int, seed: int) -> None:
-    content = {"version": __version__, **asdict(problem), "start": problem.start.model_dump()}
-    content |= {"evaluations": evaluations, "batch": batch, "seed": seed}
-    write_file(path, json.dumps(finite_or_none(content), indent=1) + "\n", "output", folder=True)
 
 
 def search_task(problem: search_problem.SearchProblem, start: SettingsResult) -> EvaluationTask:

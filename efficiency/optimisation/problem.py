@@ -456,11 +456,6 @@ def _signs(base: tuple[float, ...], count: int) -> tuple[float, ...]:
     return (a, b, c, a * b * c, a * b, a * c, b * c)[:count]
 
 
-def misalignment_of(state: Mapping[str, float]) -> dict[str, float]:
-    """The misalignments of a state."""
-    return {name: value for name, value in state.items() if name in _SHIFTS}
-
-
 def as_made(inputs: SettingsInput, state: Mapping[str, float], flanks: Flanks) -> SettingsInput:
     """Targets with the manufacturing errors of the ease-off of a state, limited to the allowed range."""
     errors = {name: value for name, value in state.items() if value and name not in _SHIFTS}

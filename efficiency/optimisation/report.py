@@ -407,7 +407,7 @@ def _answer(result: Optimisation) -> list[Item]:
 
 def _before_after(result: Optimisation) -> list[Section]:
     """Contact pattern, pressure, loss and transmission error of start and best design, aligned, first duty row."""
-    best = result.best
+    best, known = result.best, quantities()
     if best is None:
         return []
     before = GearPair(settings_of(result.problem, {}).design)
@@ -419,8 +419,8 @@ def _before_after(result: Optimisation) -> list[Section]:
     pressure, loss = (max(float(np.nanmax(field_values(m, what))) for m in maps) for what in (PRESSURE, LOSS))
     figures: tuple[tuple[str, list[Callable[[], Figure | Axes]]], ...] = (
         ("contact pattern under load", [partial(contact_figure, m, top=pressure) for m in maps]),
-        (PRESSURE.title, [partial(field_figure, m, PRESSURE, top=pressure) for m in maps]),
-        (LOSS.title, [partial(field_figure, m, LOSS, top=loss) for m in maps]),
+        (known[PRESSURE].label, [partial(field_figure, m, PRESSURE, top=pressure) for m in maps]),
+        (known[LOSS].label, [partial(field_figure, m, LOSS, top=loss) for m in maps]),
         ("transmission error", _on_one_scale(results)),
     )
     rows = [

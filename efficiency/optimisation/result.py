@@ -162,10 +162,8 @@ class Optimisation(StatusOfReason, Reportable):
             | {name: getattr(c, name) for name in ("gain", "gain_interval", "solved_gain", "holds", "verdict")}
             for c in self.candidates
         ]
-        head = {
-            "name": self.name,
-            "status": self.status,
-            "reason": self.reason,
+        names = ("name", "status", "reason", "gain_split", "notes", "seed", "seconds")
+        head = {name: getattr(self, name) for name in names} | {
             "best": best.name if best else None,
             "objectives": self.problem.objectives,
             "limits": self.allowed,
@@ -175,10 +173,6 @@ class Optimisation(StatusOfReason, Reportable):
             "start": {"variables": self.problem.start_values, "figures": self.start.figures},
             "candidates": checked,
             "evaluations": rows,
-            "gain_split": self.gain_split,
-            "notes": self.notes,
-            "seed": self.seed,
-            "seconds": self.seconds,
         }
         plain: dict[str, Any] = finite_or_none(head)
         return plain

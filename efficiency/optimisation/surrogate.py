@@ -12,8 +12,9 @@ feasibility (least-squares classification, Rasmussen & Williams 2006, section 6.
 """
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -28,7 +29,7 @@ _DRAWS = 64
 _APART, _NOTHING, _TURNS = 2e-3, 1e-5, 4
 _FIRST_WIDTHS = 0.6, 0.25
 # candidates: anywhere, and near points of the front
-_ANYWHERE, _NEAR, _ROUNDS = 512, 512, 3
+_ANYWHERE, _NEAR = 512, 512
 _STEPS = (0.2, 0.06, 0.02)
 # standard deviation of the values 1 and -1 of the feasibility process (this work)
 _MADE_SD = 0.3
@@ -154,8 +155,8 @@ def next_points(
             weights = (
                 weights_of(objectives, number + k, seed) if turn == 0 else _drawn(objectives, number + k, seed, turn)
             )
-            centres = _centres(points, figures, limits, weights)
-            candidate, worth = _best_candidate(points, figures, limits, weights, processes, draws, rng, centres)
+            worth_of = partial(_improvement, figures, limits, weights, processes, draws)
+            candidate, worth = _best_candidate(points, _centres(points, figures, limits, weights), worth_of, rng)
             if worth > _NOTHING or not _within(figures, limits).any():
                 break
         mean, _ = processes.predict(candidate[None])
@@ -189,27 +190,19 @@ def _centres(points: FloatArray, figures: FloatArray, limits: FloatArray, weight
 
 
 def _best_candidate(
-    points: FloatArray,
-    figures: FloatArray,
-    limits: FloatArray,
-    weights: FloatArray,
-    processes: Processes,
-    draws: FloatArray,
-    rng: np.random.Generator,
-    centres: FloatArray,
+    points: FloatArray, centres: FloatArray, worth_of: Callable[[FloatArray], FloatArray], rng: np.random.Generator
 ) -> tuple[FloatArray, float]:
     """The candidate with the largest expected improvement, and this improvement; known points are excluded."""
     dimension = points.shape[1]
     best: FloatArray | None = None
     top = -np.inf
-    for turn in range(_ROUNDS):
-        step = _STEPS[turn]
+    for turn, step in enumerate(_STEPS):
         # only some variables are moved, because figures depend on few of them at a time
         base = centres[rng.integers(len(centres), size=_NEAR)]
         moved = rng.random((_NEAR, dimension)) < max(0.35, 1.0 / dimension)
         near = np.clip(base + step * moved * rng.standard_normal((_NEAR, dimension)), 0.0, 1.0)
         candidates = np.vstack([rng.random((_ANYWHERE, dimension)), near]) if turn == 0 else near
-        worth = _improvement(candidates, figures, limits, weights, processes, draws)
+        worth = worth_of(candidates)
         apart = np.linalg.norm(candidates[:, None] - points[None], axis=2).min(axis=1)
         worth = np.where(apart > _APART, worth, -np.inf)
         first = int(np.argmax(worth))
@@ -222,12 +215,12 @@ def _best_candidate(
 
 
 def _improvement(
-    candidates: FloatArray,
     figures: FloatArray,
     limits: FloatArray,
     weights: FloatArray,
     processes: Processes,
     draws: FloatArray,
+    candidates: FloatArray,
 ) -> FloatArray:
     """Expected improvement of the sum over draws within the limits; of the excess if no point is within them yet."""
     mean, sd = processes.predict(candidates)

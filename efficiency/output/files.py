@@ -21,7 +21,7 @@ from efficiency.contact.tooth_grid import ToothGrid, tooth_grid
 from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import Flank
 from efficiency.design.design import Design
-from efficiency.output.machine_summary import Units, write_sheet, write_summary
+from efficiency.output.machine_summary import Units, sheet_text, write_summary
 from efficiency.output.solid import member_solid, tooth_space_solid, write_stl
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError, InputError, check_count
@@ -43,11 +43,6 @@ class InspectionGrid:
     position: FloatArray
     normal: FloatArray
     lowest: float  # depth fraction of the first row, 0 at the root cone; positive if the flank ends above the root
-
-    @property
-    def azimuth(self) -> FloatArray:
-        """Angle of the points about the axis of the member [rad], (rows, columns)."""
-        return np.asarray(np.arctan2(self.position[1], self.position[0]))
 
 
 def inspection_grid(flank: Flank, rows: int = 15, columns: int = 31, margin: float = 0.0) -> InspectionGrid:
@@ -152,9 +147,8 @@ def _export_solid(
 ) -> str:
     """STL of one tooth space between two half teeth, or STL or STEP of a whole member."""
     if part == "step":
-        from efficiency.output.step import require_kernel, write_step
+        from efficiency.output.step import write_step
 
-        require_kernel()
         path = folder / f"{member}.step"
         volume = write_step(path, grid, f"{design.name} {member}", rim, bore)
         return f"{path}: B-spline surfaces, closed, {1e9 * volume:.6g} mm3"
@@ -221,7 +215,7 @@ def export_summary(design: Design, folder: Path, units: Units = "metric") -> lis
     """Blanks, cutters and machine settings: CSV with a column for each flank, and a setting sheet for re-import."""
     table, sheet = folder / "machine_summary.csv", folder / "setting_sheet.csv"
     write_summary(table, design, units)
-    write_sheet(sheet, design, units)
+    write_file(sheet, sheet_text(design, units), folder=True)
     return [
         f"{table}: blanks, cutters and settings of four flanks, {units}",
         f"{sheet}: the same data, one entry per line, {units}",

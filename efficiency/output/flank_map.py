@@ -70,10 +70,6 @@ class FlankMap:
             ]
         )
 
-    def of_positions(self, name: str) -> FloatArray:
-        """An array of the `MeshPosition` at every point."""
-        return self._grid(self._of_positions(name))
-
     def of_load(self, name: str) -> FloatArray:
         """An array of the `PositionLoad` at every point; zero without load."""
         return self._grid(self._of_load(name))
@@ -99,11 +95,13 @@ class FlankMap:
         return np.asarray(self.of_load("force") > 0.0)
 
     def local(self, name: str) -> FloatArray:
-        """A value of the loaded points by name; nan without load.
+        """A value at every point by name; zero or nan without load.
 
         name: ``friction_coefficient``, ``loss_density``, ``film_specific``, or a field of `ContactState` or
             `LocalLubrication`.
         """
+        if name in ("pressure_hertz", "load_per_length"):
+            return self.of_load(name)
         if name == "friction_coefficient":
             return self.of_loaded(self.result.friction.mu)
         if name == "loss_density":
@@ -146,7 +144,7 @@ class FlankMap:
         points = self.result.points
         power = self.of_loaded(self.result.friction.mu * points.state.load_per_length * points.speed_sliding)
         share = np.array([line.size for line in self.lines]) / self.area.shape[1]
-        lost = power * self.of_positions("length") * share[:, None]
+        lost = power * self._grid(self._of_positions("length")) * share[:, None]
         known = self.area > 0.0
         density = np.full(lost.shape, np.nan)
         density[known] = lost[known] / (self.result.solution.positions * self.area[known])

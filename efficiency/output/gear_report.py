@@ -1,4 +1,4 @@
-"""Report sections of one operating point: load, lubrication, friction and loss; for a map also its efficiency."""
+"""Report sections of one operating point (load, lubrication, friction, loss), of a map and of a duty cycle."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
+from efficiency.conditions.duty import DutyCycle
 from efficiency.conditions.grid import Grid
 from efficiency.design.design import Design, FlankSurfaceInput, MemberInput, PairDesign
 from efficiency.geometry.design_drawing import design_drawing
@@ -23,10 +24,13 @@ from efficiency.output.geometry_report import AXIAL_SECTION, misalignment_text, 
 from efficiency.output.machine_summary import Units
 from efficiency.output.plots_geometry import blank_figure
 from efficiency.output.plots_load import (
+    is_map,
     map_figures,
+    plot_duty,
     plot_forces,
     plot_friction_and_loss,
     plot_load_sharing,
+    plot_map,
     plot_pair_load,
     plot_root_stress,
     plot_transmission_error,
@@ -86,16 +90,16 @@ def load_figures(flank: FlankMap) -> Iterator[Picture]:
     yield Picture(partial(flank_plots.contact_figure, flank), text, "contact_pattern_gear")
     text = "Contact pattern under load on the pinion."
     yield Picture(partial(flank_plots.contact_figure, flank, "pinion"), text, "contact_pattern_pinion")
-    for field, caption in (
+    for name, caption in (
         (flank_plots.PRESSURE, "Hertz pressure on the gear flank; the outline encloses the loaded part."),
-        (flank_plots.LOAD, "Load per length of contact line."),
+        ("load_per_length", "Load per length of contact line."),
     ):
-        yield field_picture(flank, field, caption)
+        yield field_picture(flank, name, caption)
 
 
-def field_picture(flank: FlankMap, field: flank_plots.Field, caption: str) -> Picture:
+def field_picture(flank: FlankMap, name: str, caption: str) -> Picture:
     """A field over the gear flank."""
-    return Picture(partial(flank_plots.field_figure, flank, field), caption, field.name)
+    return Picture(partial(flank_plots.field_figure, flank, name), caption, name)
 
 
 def loss_figures(flank: FlankMap) -> Iterator[Picture]:
@@ -105,14 +109,14 @@ def loss_figures(flank: FlankMap) -> Iterator[Picture]:
         "the pitch cone (dash-dotted line)."
     )
     yield Picture(partial(flank_plots.sliding_figure, flank), text, "sliding")
-    for field, caption in (
-        (flank_plots.SLIDE_TO_ROLL, "Magnitude of the sliding vector over the entrainment speed."),
-        (flank_plots.FILM_RATIO, "Smooth isothermal film over the composite roughness Rq."),
-        (flank_plots.FRICTION, f"Friction coefficient of the model: {model_label(flank.result.friction_model)}."),
-        (flank_plots.FLASH, "Maximum surface temperature: bulk temperature plus flash temperature."),
+    for name, caption in (
+        ("slide_to_roll_total", "Magnitude of the sliding vector over the entrainment speed."),
+        ("film_ratio", "Smooth isothermal film over the composite roughness Rq."),
+        ("friction_coefficient", f"Friction coefficient of the model: {model_label(flank.result.friction_model)}."),
+        ("temperature_flash", "Maximum surface temperature: bulk temperature plus flash temperature."),
         (flank_plots.LOSS, "Mean power loss per projected area; its integral plus the loss at edges is the loss."),
     ):
-        yield field_picture(flank, field, caption)
+        yield field_picture(flank, name, caption)
 
 
 def mesh_figures(result: EfficiencyResult) -> list[Picture]:
@@ -150,7 +154,7 @@ def strength_figures(flank: FlankMap) -> Iterator[Picture]:
         yield Picture(partial(plot_root_stress, result), caption, "root_stress")
     if flank.drawable:
         caption = "Film thickness over the mean Ra of both flanks: micropitting begins at its minimum."
-        yield field_picture(flank, flank_plots.FILM_SPECIFIC, caption)
+        yield field_picture(flank, "film_specific", caption)
 
 
 def page_sections(result: EfficiencyResult, grid: Grid | None = None, units: Units = "metric") -> list[Section]:
@@ -345,4 +349,80 @@ def _design_items(design: Design, units: Units) -> list[Item]:
             "Gear data for drawings, cutters and machine settings",
             [design_drawing(design).table(units), *settings_tables(design, units)],
         ),
+    ]
+
+
+_MAIN = (
+    *("efficiency", "efficiency_error", "power_loss", "friction_coefficient_mean", "pressure_hertz_max"),
+    *("outside_range_share", "status", "reason"),
+)
+
+_DUTY = (  # of a terminal
+    *("side", "torque", "speed", "temperature", "hours", "efficiency", "energy_input", "energy_loss"),
+    "outside_range_share",
+)
+
+
+def map_sections(grid: Grid, medium: Medium, units: Units = "metric") -> list[Section]:
+    """Sections of a grid; over torque, speed and temperature the page also has one point in detail."""
+    if not grid.results:
+        raise InputError("report", grid.reason, "a grid with a result")
+    first = grid.results[0]
+    title = f"{first.design}, {first.side}: map, friction: {model_label(first.friction_model)}"
+    if medium == "files":
+        return [Section("", [Head(title), *tables.map_tables(grid)])]
+    if medium == "terminal":
+        skipped = dict.fromkeys(text for result in grid.results for text in result.skipped)
+        below: list[Item] = [tables.grid_notes(grid), *(Text(f"neglected: {text}") for text in skipped)]
+        below += [Text(grid.interpolation)] if grid.interpolation else []
+        return [Section("", [*(tables.efficiency_grids(grid) if is_map(grid) else [tables.map_table(grid)]), *below])]
+    if is_map(grid):
+        found = page_sections(nearest_point(grid), grid, units)
+        # only the figures of the map are written as files
+        return [found[0], found[1], *(Section(part.title, [_unnamed(x) for x in part.items]) for part in found[2:])]
+    lines = Picture(partial(plot_map, grid), "Mesh efficiency over the axes.", "efficiency")
+    return [
+        Section("", [Head(title, footer=SPIN), tables.grid_notes(grid)]),
+        Section("Efficiency", [lines, tables.map_table(grid, _MAIN)]),
+    ]
+
+
+def _unnamed(item: Item) -> Item:
+    if isinstance(item, Row):
+        return Row([_unnamed(inner) for inner in item.items])
+    return replace(item, name="") if isinstance(item, Picture) else item
+
+
+def nearest_point(grid: Grid) -> EfficiencyResult:
+    """The result of a map nearest to the operating point of the design file, converged if possible."""
+    usable = [result for result in grid.results if result.status == "converged"] or list(grid.results)
+    operation = design_of(usable[0]).operation
+
+    def distance(result: EfficiencyResult) -> float:
+        at = result.conditions
+        torque, speed = abs(at.torque / operation.torque - 1.0), abs(at.speed / operation.speed - 1.0)
+        return torque + speed + abs(at.temperature - operation.temperature) / 50.0
+
+    return min(usable, key=distance)
+
+
+def duty_sections(duty: DutyCycle, medium: Medium, units: Units = "metric") -> list[Section]:
+    """Sections of a duty cycle."""
+    title = f"{duty.design}: duty cycle, friction: {model_label(duty.friction_model)}"
+    if medium == "files":
+        return [Section("", [Head(title), tables.duty_table(duty), tables.remarks_table(duty.results)])]
+    if medium == "terminal":
+        unlike = [] if all(result.status == "converged" for result in duty.results) else ["status", "reason"]
+        return [Section("", [tables.duty_table(duty).select([*_DUTY, *unlike]), tables.duty_notes(duty)])]
+    inputs = duty.inputs
+    known = [(f"±\N{NO-BREAK SPACE}{tables.percent(duty.efficiency_error, 4)} %", "numerical error")]
+    if inputs.low < inputs.high:
+        interval = f"{tables.percent(inputs.low, 2)} to {tables.percent(inputs.high, 2)} %"
+        known.insert(0, (interval, f"{tables.percent(inputs.level, 0)} % interval from uncertain inputs"))
+    value = f"{tables.percent(duty.efficiency, 2)} %" if math.isfinite(duty.efficiency) else "no result"
+    answer = MainResult(value, "efficiency of the cycle", known)
+    energy = Picture(partial(plot_duty, duty), "Energy loss at each operating point.", "duty")
+    return [
+        Section("", [Head(title, footer=SPIN), answer, tables.duty_notes(duty)]),
+        Section("Energies", [energy, replace(tables.duty_table(duty), title="")]),
     ]

@@ -8,6 +8,7 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from efficiency.contact.gear_flanks import MEMBERS, SIDES
 from efficiency.design.design import Design
 from efficiency.geometry.design_drawing import design_drawing
 from efficiency.geometry.pair_geometry import PairGeometry, SideGeometry
@@ -35,23 +36,12 @@ def flank_table(geometry: PairGeometry) -> Table:
         Column("pressure_angle_normal", of="spiral_angle", label="pressure angle, normal", digits=5),
         Column("lowest", of="share", label="lower end / depth"),
     ]
-    rows = [
-        (
-            f"{name.replace('_', ' ')} ({_role(geometry.design, name)})",
-            flank.spiral_angle,
-            flank.pressure_angle,
-            flank.lowest if flank.lowest > 0.0 else None,
-        )
-        for name, flank in geometry.flanks.items()
-    ]
+    flanks, rows = geometry.design.flanks(), []
+    sides = {f"{member}_{flanks.loaded_side(member, side)}": side for member in MEMBERS for side in SIDES}
+    for name, flank in geometry.flanks.items():
+        head = f"{name.replace('_', ' ')} ({sides[name]})"
+        rows.append((head, flank.spiral_angle, flank.pressure_angle, flank.lowest or None))
     return Table(columns, rows, "Flanks at their mean points", name="flanks")
-
-
-def _role(design: Design, flank: str) -> str:
-    member, side = flank.split("_")
-    drive = design.assembly.drive_flank_pinion
-    drives = side == drive if member == "pinion" else side != drive
-    return "drive" if drives else "coast"
 
 
 def contact_table(geometry: PairGeometry) -> Table:
@@ -148,26 +138,24 @@ AXIAL_SECTION = "Axial section of both members in the plane of the axes."
 
 def side_figures(side: SideGeometry) -> Iterator[Picture]:
     """Figures of one side; the first one is wide."""
-    pair, path, name = side.pair, side.pair.path, side.side
+    pair, name = side.pair, side.side
 
     def picture(what: str, caption: str, draw: Callable[..., Figure | Axes], *args: Any) -> Picture:
         return Picture(partial(draw, *args), caption, f"{name}_{what}")
 
     yield picture("teeth_in_mesh", "Teeth in mesh; positions include the misalignments.", plots.tooth_pair_figure, pair)
     caption = "Ease-off on the projection of the gear. The dashed line limits the common part of both flanks."
-    yield picture("ease_off_gear", caption, plots.ease_off_figure, pair, path, "gear")
-    yield picture(
-        "ease_off_pinion", "Ease-off on the projection of the pinion.", plots.ease_off_figure, pair, path, "pinion"
-    )
+    yield picture("ease_off_gear", caption, plots.ease_off_figure, pair, "gear")
+    yield picture("ease_off_pinion", "Ease-off on the projection of the pinion.", plots.ease_off_figure, pair, "pinion")
     caption = "Contact pattern: area where the distance of the flanks is below the thickness of the marking compound."
     for member, text in (("gear", caption), ("pinion", "Contact pattern on the pinion.")):
-        yield picture(f"contact_pattern_{member}", text, plots.contact_pattern_figure, pair, side.pattern, path, member)
+        yield picture(f"contact_pattern_{member}", text, plots.contact_pattern_figure, pair, side.pattern, member)
     caption = "Unloaded transmission error, negative where the gear lags. The dotted line indicates edge contact."
     yield picture("transmission_error", caption, plots.transmission_figure, side)
     caption = "Amplitudes at multiples of the mesh frequency, for all tooth pairs together."
     yield picture("harmonics", caption, plots.harmonics_figure, side)
     caption = "Potential contact lines of all positions of a pitch. Black: all tooth pairs at one position."
-    yield picture("contact_lines", caption, plots.contact_lines_figure, pair, side.cycle, path)
+    yield picture("contact_lines", caption, plots.contact_lines_figure, pair, side.cycle)
     caption = "Equivalent radius normal to the contact line, along selected lines."
     yield picture("equivalent_radius", caption, plots.radius_figure, pair, side.cycle)
 
@@ -199,7 +187,7 @@ def plot_geometry(geometry: PairGeometry, ax: Axes | None) -> Axes:
     if not geometry.sides:
         raise InputError("plot", geometry.reason, "a geometry with at least one computed side")
     side = next(iter(geometry.sides.values()))
-    return plots.contact_pattern_figure(side.pair, side.pattern, side.pair.path, "gear", ax)
+    return plots.contact_pattern_figure(side.pair, side.pattern, "gear", ax)
 
 
 def _notes(geometry: PairGeometry) -> Notes:

@@ -56,16 +56,9 @@ class SummaryRow:
     @property
     def texts(self) -> tuple[str, ...]:
         """Displayed values; a dash for a missing value."""
-        return tuple(self._text(value) for value in self.values)
-
-    def _text(self, value: float | str | None) -> str:
-        if value is None:
-            return "–"
-        if isinstance(value, str):
-            return value
-        if isinstance(value, int):
-            return str(value)
-        return f"{value:.{self.decimals}f}"
+        return tuple(
+            "–" if x is None else f"{x:.{self.decimals}f}" if isinstance(x, float) else str(x) for x in self.values
+        )
 
 
 def summary_rows(design: Design, units: Units = "metric") -> list[SummaryRow]:
@@ -81,12 +74,10 @@ def summary_rows(design: Design, units: Units = "metric") -> list[SummaryRow]:
     ]
     flanks = [_columns(getattr(member, side)) for member, side in zip(members, FLANK_SIDES * 2, strict=True)]
     columns = [blank | more | flank for blank, more, flank in zip(blanks, derived, flanks, strict=True)]
-    keys: dict[tuple[str, str], None] = {}
-    for column in columns:
-        keys.update(dict.fromkeys(column))
-    order = {section: number for number, section in enumerate(dict.fromkeys(section for section, _ in keys))}
+    keys = dict.fromkeys(key for column in columns for key in column)
+    order = list(dict.fromkeys(section for section, _ in keys))
     rows = []
-    for section, name in sorted(keys, key=lambda key: order[key[0]]):
+    for section, name in sorted(keys, key=lambda key: order.index(key[0])):
         given = [column.get((section, name)) for column in columns]
         unit_si = next(entry[1] for entry in given if entry is not None)
         unit, factor, decimals = _SHOWN[units].get(unit_si, (unit_si, 1.0, 6))
@@ -161,11 +152,6 @@ def sheet_text(design: Design, units: Units = "metric") -> str:
             if getattr(flank, "machine", None) is None:
                 lines.append("# not cut: given by points or by its ease-off")
     return "\n".join(lines) + "\n"
-
-
-def write_sheet(path: Path, design: Design, units: Units = "metric") -> None:
-    """Write the sheet; raises `InputError` if the file cannot be written."""
-    write_file(path, sheet_text(design, units), folder=True)
 
 
 def _lines(table: str, model: BaseModel, factor: float) -> Iterator[str]:

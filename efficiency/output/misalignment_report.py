@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -14,7 +14,7 @@ from efficiency.contact.flank_pair import ContactPattern, FlankPair, flank_pair
 from efficiency.design.design import MISALIGNMENTS, Design
 from efficiency.geometry.misalignment import LOADED, MisalignmentGrid, MisalignmentPoint, MisalignmentStudy
 from efficiency.ltca.limits import EDGE_LIMIT
-from efficiency.output.plots_geometry import flank_axes, flank_figure
+from efficiency.output.plots_geometry import flank_axes, member_figure
 from ehl.common.arrays import FloatArray
 from ehl.common.data import reason_text
 from ehl.common.errors import ConvergenceError
@@ -22,7 +22,6 @@ from ehl.common.figures import BLUE, GREY, ORANGE, figure_of, new_figure, panels
 from ehl.common.quantities import Quantity, axis_label, quantity, to_display, typeset_units
 from ehl.common.sections import Folded, Head, Item, Medium, Picture, Row, Section
 from ehl.common.table import Column, Table
-from ehl.common.units import ARCSEC
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -38,82 +37,83 @@ def misalignment_quantity(name: str) -> Quantity:
     return quantity(f"misalignment.{name}")
 
 
+def _nearest_to_zero(study: MisalignmentStudy, *names: str) -> list[MisalignmentPoint]:
+    """States with all misalignments other than these nearest to zero."""
+    others = {other: min(getattr(study, other), key=abs) for other in MISALIGNMENTS if other not in names}
+    return [p for p in study.points if all(getattr(p, other) == value for other, value in others.items())]
+
+
 def section_points(study: MisalignmentStudy, name: str) -> tuple[FloatArray, list[MisalignmentPoint]]:
     """Values of one misalignment in the displayed unit, and its states with all others nearest to zero."""
-    others = {other: min(getattr(study, other), key=abs) for other in MISALIGNMENTS if other != name}
-    chosen = [p for p in study.points if all(getattr(p, other) == value for other, value in others.items())]
-    chosen.sort(key=lambda point: float(getattr(point, name)))
+    chosen = sorted(_nearest_to_zero(study, name), key=lambda point: float(getattr(point, name)))
     values = np.array([getattr(point, name) for point in chosen])
     return np.asarray(misalignment_quantity(name).to_display(values)), chosen
 
 
+Panel = tuple[str, str, Mapping[str, str]]
+"""Title and label of a panel, and the fields of its curves with their texts."""
+_SHARES = ("pattern_length", "pattern_area")
 _STYLES: tuple[dict[str, Any], ...] = ({"marker": "o", "ms": 4}, {"marker": ".", "ls": "--"})
-# panels of a section without load: title, label, and (field, factor, text) of its first and second line
-_SECTIONS = (
-    ("unloaded transmission error", "TE, peak to peak [arcsec]", [("peak_to_peak", 1.0 / ARCSEC, "")]),
-    (
-        "position of the contact",
-        "along the gear face [mm]",
-        [("error_maximum_u", 1e3, ", highest point of the TE"), ("pattern_u", 1e3, ", centre of the pattern")],
-    ),
-    (
-        "size of the pattern",
-        "of the gear [%]",
-        [("pattern_length", 100.0, ", length / face width"), ("pattern_area", 100.0, ", area share")],
-    ),
+_POSITIONS = {"error_maximum_u": ", highest point of the TE", "pattern_u": ", centre of the pattern"}
+_SIZES = {"pattern_length": ", length / face width", "pattern_area": ", area share"}
+_UNLOADED: tuple[Panel, ...] = (
+    ("unloaded transmission error", "TE, peak to peak [arcsec]", {"peak_to_peak": ""}),
+    ("position of the contact", "along the gear face [mm]", _POSITIONS),
+    ("size of the pattern", "of the gear [%]", _SIZES),
 )
+_FIELDS = ("transmission_error_loaded", "pressure_hertz_max", "edge_load_share", "efficiency")
 
 
 def section_figure(studies: Sequence[MisalignmentStudy]) -> Figure:
     """One row per varied misalignment: transmission error, position along the face, size of the pattern."""
-    names = studies[0].varied or ["E"]
-    figure = new_figure(11.0, 0.9 + 2.7 * len(names))
-    grid = figure.subplots(len(names), 3, squeeze=False)
-    for row, name in zip(grid, names, strict=True):
-        for study, colour in zip(studies, (BLUE, ORANGE), strict=False):
-            values, points = section_points(study, name)
-            for axes, (_, _, lines) in zip(row, _SECTIONS, strict=True):
-                for (field, factor, text), style in zip(lines, _STYLES, strict=False):
-                    y = factor * np.array([getattr(point, field) for point in points])
-                    axes.plot(values, y, color=colour, label=study.side + text, **style)
-            edge = [point.status == "edge contact" for point in points]
-            if any(edge):
-                error = np.array([point.peak_to_peak for point in points]) / ARCSEC
-                label = f"{study.side}, edge contact"
-                row[0].plot(values[edge], error[edge], "x", color="k", ms=7, label=label)
-        for axes, (_, label, _) in zip(row, _SECTIONS, strict=True):
-            axes.set(xlabel=misalignment_quantity(name).axis_label, ylabel=label)
-            axes.grid(alpha=0.3)
-        for axes in (row[0], row[2]):
-            axes.set_ylim(0.0, 1.05 * axes.get_ylim()[1])
-    for axes, (title, _, _) in zip(grid[0], _SECTIONS, strict=True):
-        axes.set_title(title, fontsize=10)
-        axes.legend(fontsize=7, framealpha=0.6)
-    others = "" if len(names) == 1 else "; each with the others nearest to zero"
-    marking = f"marking {1e6 * studies[0].marking:.4g} µm"
-    figure.suptitle(f"{studies[0].design}: misalignments, {marking}{others}", fontsize=11)
+    others = "" if len(studies[0].varied) < 2 else "; each with the others nearest to zero"
+    figure = _sections(studies, _UNLOADED, f", marking {1e6 * studies[0].marking:.4g} µm{others}")
+    for axes in (*figure.axes[::3], *figure.axes[2::3]):
+        axes.set_ylim(0.0, 1.05 * axes.get_ylim()[1])
     return figure
 
 
 def loaded_figure(studies: Sequence[MisalignmentStudy]) -> Figure:
     """One row per varied misalignment: transmission error, pressure, edge load and efficiency at the torque."""
+    panels: list[Panel] = [("", axis_label(field), {field: ""}) for field in _FIELDS]
+    return _sections(studies, panels, f" at {quantity('torque').text(studies[0].torque or 0.0)} of the pinion")
+
+
+def _sections(studies: Sequence[MisalignmentStudy], panels: Sequence[Panel], case: str) -> Figure:
+    """One row of panels for each varied misalignment."""
     names = studies[0].varied or ["E"]
-    fields = ("transmission_error_loaded", "pressure_hertz_max", "edge_load_share", "efficiency")
-    figure = new_figure(13.0, 0.9 + 2.7 * len(names))
-    grid = figure.subplots(len(names), len(fields), squeeze=False)
+    figure = new_figure(5.0 + 2.0 * len(panels), 0.9 + 2.7 * len(names))
+    grid = figure.subplots(len(names), len(panels), squeeze=False)
     for row, name in zip(grid, names, strict=True):
-        for axes, field in zip(row, fields, strict=True):
-            for study, colour in zip(studies, (BLUE, ORANGE), strict=False):
-                values, points = section_points(study, name)
-                shown = to_display(field, np.array([getattr(point, field) for point in points]))
-                axes.plot(values, shown, color=colour, marker="o", ms=4, label=study.side)
-            axes.set(xlabel=misalignment_quantity(name).axis_label, ylabel=axis_label(field))
+        for axes, (_, label, curves) in zip(row, panels, strict=True):
+            for (field, text), style in zip(curves.items(), _STYLES, strict=False):
+                _curves(axes, studies, name, field, text, **style)
+            axes.set(xlabel=misalignment_quantity(name).axis_label, ylabel=label)
             axes.grid(alpha=0.3)
             axes.ticklabel_format(axis="y", useOffset=False)
-    grid[0][0].legend(fontsize=7, framealpha=0.6)
-    torque = quantity("torque").text(studies[0].torque or 0.0)
-    figure.suptitle(f"{studies[0].design}: misalignments at {torque} of the pinion", fontsize=11)
+    for axes, (title, _, _) in zip(grid[0], panels, strict=True):
+        axes.set_title(title, fontsize=10)
+        axes.legend(fontsize=7, framealpha=0.6)
+    figure.suptitle(f"{studies[0].design}: misalignments{case}", fontsize=11)
     return figure
+
+
+def _curves(
+    axes: Axes, studies: Sequence[MisalignmentStudy], name: str, field: str, text: str = "", **style: Any
+) -> None:
+    """A field over a misalignment, one curve for each study."""
+    for study, colour in zip(studies, (BLUE, ORANGE), strict=False):
+        values, points = section_points(study, name)
+        y = _shown(field, [getattr(point, field) for point in points])
+        axes.plot(values, y, color=colour, label=study.side + text, **style)
+        edge = [point.status == "edge contact" for point in points]
+        if field == "peak_to_peak" and any(edge):
+            axes.plot(values[edge], y[edge], "x", color="k", ms=7, label=f"{study.side}, edge contact")
+
+
+def _shown(field: str, values: Any) -> FloatArray:
+    """Values of a field of a state in its display unit."""
+    return np.asarray(to_display("share" if field in _SHARES else field, np.array(values)))
 
 
 def distribution_figure(studies: Sequence[MisalignmentStudy]) -> Axes:
@@ -140,24 +140,16 @@ def distribution_figure(studies: Sequence[MisalignmentStudy]) -> Axes:
 def map_figure(study: MisalignmentStudy) -> Figure:
     """Maps over the first two varied misalignments, the others nearest to zero."""
     first, second = study.varied[:2]
-    others = {other: min(getattr(study, other), key=abs) for other in MISALIGNMENTS if other not in (first, second)}
-    states = {
-        (getattr(p, first), getattr(p, second)): p
-        for p in study.points
-        if all(getattr(p, other) == value for other, value in others.items())
-    }
+    states = {(getattr(p, first), getattr(p, second)): p for p in _nearest_to_zero(study, first, second)}
     x, y = (np.array(sorted(getattr(study, name))) for name in (first, second))
     figure = new_figure(12.0, 3.9)
-    for axes, (field, factor, label) in zip(
-        figure.subplots(1, 3),
-        (
-            ("peak_to_peak", 1.0 / ARCSEC, "transmission error, peak to peak [arcsec]"),
-            ("pattern_u", 1e3, "centre of the pattern, positive to the heel [mm]"),
-            ("pattern_area", 100.0, "pattern, area share of the flank [%]"),
-        ),
-        strict=True,
-    ):
-        values = np.array([[getattr(states[a, b], field) for a in x] for b in y]) * factor
+    fields = {
+        "peak_to_peak": "transmission error, peak to peak [arcsec]",
+        "pattern_u": "centre of the pattern, positive to the heel [mm]",
+        "pattern_area": "pattern, area share of the flank [%]",
+    }
+    for axes, (field, label) in zip(figure.subplots(1, 3), fields.items(), strict=True):
+        values = _shown(field, [[getattr(states[a, b], field) for a in x] for b in y])
         across, up = (misalignment_quantity(n).to_display(v) for n, v in ((first, x), (second, y)))
         shown = axes.pcolormesh(across, up, np.ma.masked_invalid(values), cmap="viridis", shading="nearest")
         figure.colorbar(shown, ax=axes, label=label)
@@ -183,7 +175,7 @@ def pattern_figure(
     name: the varied misalignment.
     contacts: value of the misalignment in SI units, mesh and pattern.
     """
-    figure, axes = flank_figure(contacts[0][1], "gear", f"contact pattern over {name},")
+    figure, axes = member_figure(contacts[0][1], "gear", f"contact pattern over {name},")
     shades = colormaps["coolwarm"](np.linspace(0.0, 1.0, len(contacts)))
     for colour, (value, pair, pattern) in zip(shades, contacts, strict=True):
         aligned = value == 0.0
@@ -261,10 +253,7 @@ def plot_misalignment(grid: MisalignmentGrid, ax: Axes | None) -> Axes:
     if ax is None:
         return distribution_figure(grid.studies) if grid.studies[0].samples else section_figure(grid.studies).axes[0]
     name = (grid.studies[0].varied or ["E"])[0]
-    for study, colour in zip(grid.studies, (BLUE, ORANGE), strict=False):
-        values, points = section_points(study, name)
-        error = to_display("peak_to_peak", np.array([point.peak_to_peak for point in points]))
-        ax.plot(values, error, color=colour, marker="o", ms=4, label=study.side)
+    _curves(ax, grid.studies, name, "peak_to_peak", marker="o", ms=4)
     ax.set(xlabel=misalignment_quantity(name).axis_label, ylabel=axis_label("peak_to_peak"))
     ax.legend(fontsize=7, framealpha=0.6)
     return ax
@@ -278,17 +267,17 @@ def misalignment_table(study: MisalignmentStudy) -> Table:
 
     At a torque, positions and sizes are those under load.
     """
-    names, shares = study.varied, ("pattern_length", "pattern_area")
+    names = study.varied
     fields: tuple[str, ...] = ("peak_to_peak", *LOADED)
     if study.torque is None:
-        fields = ("peak_to_peak", "error_maximum_u", "pattern_u", *shares)
+        fields = ("peak_to_peak", "error_maximum_u", "pattern_u", *_SHARES)
         what, edges = f"unloaded contact, marking {1e6 * study.marking:.4g} µm", "edge in contact"
     else:
         what, edges = f"contact at {quantity('torque').text(study.torque)} of the pinion", "unloaded edge contact"
     return Table(
         [
             *(Column(name, of=misalignment_quantity(name).name, label=name) for name in names),
-            *(Column(n, of="share", label=n.replace("_", " ")) if n in shares else n for n in fields),
+            *(Column(n, of="share", label=n.replace("_", " ")) if n in _SHARES else n for n in fields),
             Column("edges", label=f"{edges}, or reason of failure"),
         ],
         [

@@ -6,7 +6,7 @@ along the pitch cone, and height above the pitch cone.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -16,8 +16,8 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from ehl.common.arrays import FloatArray
-from ehl.common.figures import GREY, ORANGE, new_figure
-from ehl.common.units import KELVIN
+from ehl.common.figures import GREY, ORANGE, figure_of, new_figure
+from ehl.common.quantities import axis_label, quantity, to_display
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -35,50 +35,33 @@ COLOURS = "viridis"  # of all fields over a flank
 _CARRIES = 0.03
 
 
-class Field(NamedTuple):
-    """A field over the flank: name, title, label with unit, and factor from SI."""
-
-    name: str
-    title: str
-    label: str
-    factor: float
+PRESSURE, LOSS = "pressure_hertz", "loss_density"
+# fields with long tails, and fields whose scale does not begin at zero
+_TAILS, _OFFSET = ("film_ratio", "slide_to_roll_total"), ("friction_coefficient", "temperature_flash")
 
 
-PRESSURE = Field("pressure_hertz", "Hertz pressure", "Hertz pressure [GPa]", 1e-9)
-LOAD = Field("load_per_length", "load per length", "load per length [N/mm]", 1e-3)
-FRICTION = Field("friction_coefficient", "friction coefficient", "friction coefficient [-]", 1.0)
-FILM_RATIO = Field("film_ratio", "film ratio", "film ratio λ [-]", 1.0)
-FLASH = Field("temperature_flash", "contact temperature", "temperature [°C]", 1.0)
-FILM_SPECIFIC = Field("film_specific", "specific film (micropitting)", "film over mean Ra [-]", 1.0)
-LOSS = Field("loss_density", "loss density", "loss per area [W/mm²]", 1e-6)
-SLIDE_TO_ROLL = Field("slide_to_roll_total", "slide-to-roll ratio", "slide-to-roll ratio [-]", 1.0)
-
-
-def field_values(flank: FlankMap, field: Field) -> FloatArray:
+def field_values(flank: FlankMap, name: str) -> FloatArray:
     """A field in the displayed unit; zero or nan without load."""
-    on_all = field.name in ("pressure_hertz", "load_per_length")
-    values = field.factor * (flank.of_load(field.name) if on_all else flank.local(field.name))
-    return values - KELVIN if field is FLASH else values
+    return np.asarray(to_display(name, flank.local(name)))
 
 
-def field_figure(flank: FlankMap, field: Field, member: Member = "gear", top: float | None = None) -> Figure:
-    """A field over the loaded part of the flank; `top` [displayed unit] is the end of a common scale."""
-    figure, axes = _flank_figure(flank, member, field.title)
-    values = field_values(flank, field)
+def field_figure(flank: FlankMap, name: str, top: float | None = None) -> Figure:
+    """A field over the loaded part of the gear flank; `top` [displayed unit] is the end of a common scale."""
+    figure, axes = _flank_figure(flank, "gear", quantity(name).label)
     load = flank.of_load("load_per_length")
-    shown = _filled(np.where(load > _CARRIES * load.max(), values, np.nan))
+    shown = _filled(np.where(load > _CARRIES * load.max(), field_values(flank, name), np.nan))
     finite = shown[np.isfinite(shown)]
     if finite.size:
-        levels = _levels(finite if top is None else np.append(finite, top), field)
-        x, y = _place(flank, member)
-        clipping = _contact_region(axes, flank, member)
+        levels = _levels(finite if top is None else np.append(finite, top), name)
+        x, y = _place(flank, "gear")
+        clipping = _contact_region(axes, flank, "gear")
         beyond = "max" if float(finite.max()) > levels[-1] else "neither"
         shades = axes.contourf(x, y, np.clip(shown, levels[0], None), levels=levels, cmap=COLOURS, extend=beyond)
         lines = axes.contour(x, y, shown, levels=levels[1:-1:2], colors="w", linewidths=0.5)
         for artist in (shades, lines):
             artist.set_clip_path(clipping, axes.transData)
-        _colour_bar(figure, shades, axes, field.label)
-    _outline(axes, flank, member)
+        _colour_bar(figure, shades, axes, axis_label(name))
+    _outline(axes, flank, "gear")
     return figure
 
 
@@ -89,7 +72,7 @@ def contact_figure(flank: FlankMap, member: Member = "gear", top: float | None =
     """
     figure, axes = _flank_figure(flank, member, f"contact pattern at {flank.result.conditions.torque:.4g} N m")
     x, y = _place(flank, member)
-    pressure = flank.of_load("pressure_hertz") * 1e-9
+    pressure = field_values(flank, PRESSURE)
     axes.plot([], [], color=_EDGE, lw=0.6, label="potential lines")
     axes.add_collection(LineCollection(list(np.stack([x, y], axis=2)[::2]), colors=_EDGE, linewidths=0.3, alpha=0.6))
     if pressure.max() > 0.0:
@@ -97,7 +80,7 @@ def contact_figure(flank: FlankMap, member: Member = "gear", top: float | None =
         clipping = _contact_region(axes, flank, member)
         shades = axes.contourf(x, y, _filled(np.where(flank.loaded, pressure, np.nan)), levels=levels, cmap=COLOURS)
         shades.set_clip_path(clipping, axes.transData)
-        _colour_bar(figure, shades, axes, "Hertz pressure [GPa]")
+        _colour_bar(figure, shades, axes, axis_label(PRESSURE))
     _one_position(axes, flank, member)
     u, h = flank.loaded_edges(member)
     if u.size:
@@ -131,11 +114,10 @@ def _every(count: int, wanted: int) -> NDArray[np.int64]:
     return np.unique(np.linspace(0, count - 1, min(wanted, count) + 2).round().astype(np.int64)[1:-1])
 
 
-def _levels(finite: FloatArray, field: Field) -> FloatArray:
+def _levels(finite: FloatArray, name: str) -> FloatArray:
     """Levels of the contours; fields with long tails end at the 99th percentile."""
-    tail = field in (FILM_RATIO, SLIDE_TO_ROLL)
-    top = float(np.quantile(finite, 0.99)) if tail else float(finite.max())
-    low = float(finite.min()) if field in (FRICTION, FLASH) else 0.0
+    top = float(np.quantile(finite, 0.99)) if name in _TAILS else float(finite.max())
+    low = float(finite.min()) if name in _OFFSET else 0.0
     # a constant field, such as a constant friction coefficient
     if top - low < 1e-9 * max(abs(top), 1e-30):
         low, top = (0.0, 1.2 * top) if top > 0.0 else (0.0, 1.0)
@@ -210,14 +192,19 @@ def _place(flank: FlankMap, member: Member) -> tuple[FloatArray, FloatArray]:
 
 
 def _flank_figure(flank: FlankMap, member: Member, what: str) -> tuple[Figure, Axes]:
-    """Figure with the aspect ratio of the flank, and its axes with a title."""
-    blank = flank.flanks.blank(member)
+    """Figure of a flank and its axes with a title."""
+    title = f"{flank.result.design}, {flank.result.side}:\n{what} on the {member}"
+    return flank_figure(flank.flanks.blank(member), title)
+
+
+def flank_figure(blank: Blank, title: str, ax: Axes | None = None) -> tuple[Figure, Axes]:
+    """Figure with the aspect ratio of the flanks of a blank, and its axes with a title."""
     u = np.array([-0.5, 0.5]) * blank.face_width
     extent = float(np.max(blank.tip(u)) - np.min(blank.root(u)))
-    figure = new_figure(6.6, min(1.9 + 4.8 * extent / blank.face_width, 7.0), layout="compressed")
-    axes = figure.add_subplot()
-    axes.set_title(f"{flank.result.design}, {flank.result.side}:\n{what} on the {member}", fontsize=10)
-    return figure, axes
+    size = 6.6, min(1.9 + 4.8 * extent / blank.face_width, 7.0)
+    axes = new_figure(*size, layout="compressed").add_subplot() if ax is None else ax
+    axes.set_title(title, fontsize=10)
+    return figure_of(axes), axes
 
 
 def _colour_bar(figure: Figure, shades: ScalarMappable, axes: Axes, label: str) -> None:

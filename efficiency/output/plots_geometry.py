@@ -5,8 +5,7 @@ Coordinates as in `efficiency.output.plots_flank`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -15,9 +14,11 @@ from matplotlib.colors import to_rgb
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from efficiency.contact.tooth_grid import ToothGrid, tooth_grid
+from efficiency.contact.gear_flanks import MEMBERS, Member
+from efficiency.contact.tooth_grid import tooth_grid
 from efficiency.cutting.blank import Blank
-from efficiency.output.plots_flank import COLOURS, line_pieces, outline
+from efficiency.output.plots_flank import COLOURS, flank_figure, line_pieces, outline
+from efficiency.output.solid import teeth_surface
 from ehl.common.arrays import FloatArray
 from ehl.common.figures import BLUE, GREY, ORANGE, figure_of, new_figure
 from ehl.common.units import ARCSEC
@@ -26,59 +27,43 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from efficiency.contact.contact_lines import MeshPosition
-    from efficiency.contact.contact_search import ContactPath
     from efficiency.contact.flank_pair import ContactPattern, FlankPair
+    from efficiency.cutting.flank import Flank
     from efficiency.design.design import Design
     from efficiency.geometry.pair_geometry import SideGeometry
 
 
-_ROWS, _COLUMNS = 7, 17
+_ROWS, _COLUMNS, _TEETH = 7, 13, 3  # points of a flank, teeth of each member in the view
+_TRACES = 6  # contact lines with their equivalent radius
+_LIGHT = np.array([-0.45, 0.55, 0.55])  # right, up, towards the viewer
+_MM, _UM = 1e3, 1e6
+_EDGE = "0.25"
 
 
-@dataclass(frozen=True)
-class _View:
-    """Axes of the picture in the mesh frame: right, up, and towards the viewer."""
+def tooth_pair_figure(pair: FlankPair) -> Figure:
+    """Teeth of both members at the position of maximum transmission error, seen from heel and from toe.
 
-    right: FloatArray
-    up: FloatArray
-    eye: FloatArray
-
-    @classmethod
-    def of(cls, eye: FloatArray, up: FloatArray) -> _View:
-        eye = eye / np.linalg.norm(eye)
-        up = up - eye * (up @ eye)
-        up = up / np.linalg.norm(up)
-        return cls(np.cross(up, eye), up, eye)
-
-
-def tooth_pair_figure(pair: FlankPair, teeth: int = 3) -> Figure:
-    """Several teeth of both members at the position of maximum transmission error, seen from heel and from toe.
-
-    pair: the mesh; positions include the misalignments.
-    teeth: number of teeth shown of each member, odd.
+    Positions include the misalignments.
     """
     figure = new_figure(9.6, 4.0)
     surface, assembly = pair.surface, pair.surface.assembly
     angle = surface.direction * surface.error_maximum_roll + surface.roll_zero
-    sheets: list[tuple[FloatArray, str]] = []
-    for member, colour in (("gear", ORANGE), ("pinion", BLUE)):
-        for sheet in _teeth(pair, "gear" if member == "gear" else "pinion", teeth):
-            flat = sheet.reshape(-1, 3).T
-            if member == "gear":
-                placed = assembly.gear_in_mesh(flat, np.full(flat.shape[1], assembly.ratio * angle))
-            else:
-                placed = assembly.pinion_in_mesh(flat, np.full(flat.shape[1], angle + surface.phase))
-            sheets.append((placed.T.reshape(sheet.shape), colour))
+    pinion, gear = (_teeth(pair, member).reshape(-1, 3).T for member in MEMBERS)
+    placed = [
+        assembly.gear_in_mesh(gear, np.full(gear.shape[1], assembly.ratio * angle)),
+        assembly.pinion_in_mesh(pinion, np.full(pinion.shape[1], angle + surface.phase)),
+    ]
+    cells = np.concatenate(placed, axis=1).T.reshape(-1, 4, 3)
+    tints = np.repeat([to_rgb(ORANGE), to_rgb(BLUE)], [part.shape[1] // 4 for part in placed], axis=0)
     contact = _contact_point(pair, angle)
     # along the face to the heel, and out of the gear teeth
     along, out = _directions(contact, surface.gear.blank.pitch_angle)
     aside = np.cross(out, along)
     for axes, side, name in zip(figure.subplots(1, 2), (1.0, -1.0), ("heel", "toe"), strict=True):
-        view = _View.of(side * along + 0.35 * side * aside + 0.45 * out, out)
-        polygons, colours = _painted(sheets, view)
-        centre = np.array([contact @ view.right, contact @ view.up]) * 1e3
+        view = _view(side * along + 0.35 * side * aside + 0.45 * out, out)
+        polygons, colours = _painted((cells - contact) @ view.T, tints)
         axes.add_collection(
-            PolyCollection(list(polygons * 1e3 - centre), facecolors=colours, edgecolors=colours, linewidths=0.3)
+            PolyCollection(list(polygons * _MM), facecolors=colours, edgecolors=colours, linewidths=0.3)
         )
         axes.set_aspect("equal")
         axes.autoscale()
@@ -98,45 +83,14 @@ def tooth_pair_figure(pair: FlankPair, teeth: int = 3) -> Figure:
     return figure
 
 
-def _teeth(pair: FlankPair, member: Literal["pinion", "gear"], teeth: int) -> list[FloatArray]:
-    """Surfaces (a, b, 3) of several teeth in the frame of the real flank of the mesh, with outward normals."""
+def _teeth(pair: FlankPair, member: Member) -> FloatArray:
+    """Cells (n, 4, 3) of some teeth in the frame of the real flank of the mesh, with outward normals."""
     grid = tooth_grid(pair.flanks, member, _ROWS, _COLUMNS)
-    flank = pair.surface.gear if member == "gear" else pair.surface.pinion
+    flank = _flank(pair, member)
     row, column = _ROWS // 2, _COLUMNS // 2
     points, _ = flank.solve(grid.u[row, column : column + 1], grid.height[row, column : column + 1])
     own = grid.lower if grid.sides[0] == flank.side else grid.upper
-    shift = float(points.azimuth[0] - own[row, column])
-    sheets = []
-    for k in range(teeth):
-        turn = shift + (k - teeth // 2) * grid.pitch
-        sheets += _tooth_sheets(grid, grid.lower + turn, grid.upper + turn)
-    return sheets
-
-
-def _tooth_sheets(grid: ToothGrid, low: FloatArray, high: FloatArray) -> list[FloatArray]:
-    """Both flanks, top land, the root to the next tooth, and both end faces including a part of the rim."""
-    u, h = grid.u, grid.height
-    share = np.linspace(0.0, 1.0, 4)[:, None]
-    land = low[-1] + share * (high[-1] - low[-1])
-    root = high[0] + share * (low[0] + grid.pitch - high[0])
-    sheets = [
-        grid.point(low, u, h),
-        grid.point(high, u, h).swapaxes(0, 1),
-        grid.point(land, u[-1], h[-1]),
-        grid.point(root, u[0], h[0]),
-    ]
-    depth = 0.35 * (grid.blank.mean_addendum + grid.blank.mean_dedendum)
-    for end in (0, -1):
-        face = low[:, end] + share * (high[:, end] - low[:, end])
-        levels = np.broadcast_to(h[:, end], face.shape)
-        sheet = grid.point(face, np.full(face.shape, u[0, end]), levels)
-        rim = np.concatenate([face[:, 0], root[1:, end]])
-        under = grid.point(
-            np.stack([rim, rim], axis=1), np.full((rim.size, 2), u[0, end]), h[0, end] - np.array([depth, 0.0])
-        )
-        # the normal of azimuth times height points out of the toe; it is reversed at the heel
-        sheets += [sheet, under] if end == 0 else [sheet.swapaxes(0, 1), under.swapaxes(0, 1)]
-    return sheets
+    return teeth_surface(grid, _TEETH, float(points.azimuth[0] - own[row, column]))
 
 
 def _contact_point(pair: FlankPair, angle: float) -> FloatArray:
@@ -156,30 +110,23 @@ def _directions(point: FloatArray, pitch_angle: float) -> tuple[FloatArray, Floa
     return s * radial + c * axial, c * radial - s * axial
 
 
-def _painted(sheets: list[tuple[FloatArray, str]], view: _View) -> tuple[FloatArray, FloatArray]:
-    """Polygons (n, 4, 2) that face the viewer, the farthest first, and their colours."""
-    quads, tints = [], []
-    for sheet, colour in sheets:
-        corners = np.stack([sheet[:-1, :-1], sheet[1:, :-1], sheet[1:, 1:], sheet[:-1, 1:]], axis=2).reshape(-1, 4, 3)
-        quads.append(corners)
-        tints.append(np.tile(to_rgb(colour), (len(corners), 1)))
-    corners, tint = np.concatenate(quads), np.concatenate(tints)
-    normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+def _view(eye: FloatArray, up: FloatArray) -> FloatArray:
+    """Axes of the picture in the mesh frame: right, up, and towards the viewer."""
+    eye = eye / np.linalg.norm(eye)
+    up = up - eye * (up @ eye)
+    up = up / np.linalg.norm(up)
+    return np.stack([np.cross(up, eye), up, eye])
+
+
+def _painted(cells: FloatArray, tints: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Polygons (n, 4, 2) of the cells that face the viewer, the farthest first, and their colours."""
+    normal = np.cross(cells[:, 2] - cells[:, 0], cells[:, 3] - cells[:, 1])
     normal /= np.linalg.norm(normal, axis=1, keepdims=True).clip(1e-300)
-    facing = normal @ view.eye > 0.0
-    corners, tint, normal = corners[facing], tint[facing], normal[facing]
-    light = 0.55 * view.eye + 0.55 * view.up - 0.45 * view.right
-    shade = 0.6 + 0.4 * np.clip(normal @ (light / np.linalg.norm(light)), 0.0, 1.0)
-    pale = 0.25 + 0.75 * tint
-    order = np.argsort((corners @ view.eye).mean(axis=1))
-    flat = np.stack([corners @ view.right, corners @ view.up], axis=-1)
-    return flat[order], (pale * shade[:, None])[order]
-
-
-Member = Literal["pinion", "gear"]
-
-_MM, _UM = 1e3, 1e6
-_EDGE = "0.25"
+    facing = normal[:, 2] > 0.0
+    cells, tints, normal = cells[facing], tints[facing], normal[facing]
+    shade = 0.6 + 0.4 * np.clip(normal @ (_LIGHT / np.linalg.norm(_LIGHT)), 0.0, 1.0)
+    order = np.argsort(cells[..., 2].mean(axis=1))
+    return cells[order, :, :2], ((0.25 + 0.75 * tints) * shade[:, None])[order]
 
 
 def projection(pair: FlankPair, member: Member, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -190,49 +137,45 @@ def projection(pair: FlankPair, member: Member, u: FloatArray, v: FloatArray) ->
     return u1.reshape(u.shape) * _MM, h1.reshape(u.shape) * _MM
 
 
-def map_grid(pair: FlankPair, columns: int = 141, rows: int = 81) -> tuple[FloatArray, FloatArray, FloatArray]:
+def map_grid(pair: FlankPair) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Points (u, v) over the whole map and their distance inside both blanks [m], each (rows, columns)."""
     patch = pair.surface.patch
-    u, v = np.meshgrid(np.linspace(*patch.u_range, columns), np.linspace(*patch.v_range, rows))
+    u, v = np.meshgrid(np.linspace(*patch.u_range, 141), np.linspace(*patch.v_range, 81))
     return u, v, pair.surface.margin(u.ravel(), v.ravel()).reshape(u.shape)
 
 
 def flank_axes(axes: Axes, pair: FlankPair, member: Member) -> None:
     """Outline of a member; a dashed line limits the part that the mating flank reaches."""
     grid_u, grid_v, margin = map_grid(pair)
-    outline(axes, (pair.surface.gear if member == "gear" else pair.surface.pinion).blank, member, 4.0)
+    outline(axes, _flank(pair, member).blank, member, 4.0)
     axes.contour(
         *projection(pair, member, grid_u, grid_v), margin, levels=[0.0], colors=_EDGE, linestyles="--", linewidths=0.9
     )
     axes.set_ylabel("above pitch cone [mm]\nroot → tip")
 
 
-def flank_figure(pair: FlankPair, member: Member, what: str, ax: Axes | None = None) -> tuple[Figure, Axes]:
-    """Figure with the aspect ratio of the flank of a member, and its axes with a title."""
-    flank = pair.surface.gear if member == "gear" else pair.surface.pinion
-    u = np.array([-0.5, 0.5]) * flank.blank.face_width
-    extent = float(np.max(flank.blank.tip(u)) - np.min(flank.blank.root(u)))
-    size = 6.6, min(1.75 + 4.4 * extent / flank.blank.face_width, 7.0)
-    axes = new_figure(*size, layout="compressed").add_subplot() if ax is None else ax
-    axes.set_title(f"{pair.name}, {pair.side}:\n{what} on the {member} ({flank.side} flank)", fontsize=10)
-    return figure_of(axes), axes
+def member_figure(pair: FlankPair, member: Member, what: str, ax: Axes | None = None) -> tuple[Figure, Axes]:
+    """Figure of the flank of a member, and its axes with a title."""
+    flank = _flank(pair, member)
+    title = f"{pair.name}, {pair.side}:\n{what} on the {member} ({flank.side} flank)"
+    return flank_figure(flank.blank, title, ax)
 
 
-def draw_path(axes: Axes, pair: FlankPair, path: ContactPath, member: Member, colour: str) -> None:
+def _flank(pair: FlankPair, member: Member) -> Flank:
+    return pair.surface.gear if member == "gear" else pair.surface.pinion
+
+
+def draw_path(axes: Axes, pair: FlankPair, member: Member) -> None:
     """Unloaded path of contact of one tooth pair without edge contact."""
+    path = pair.path
     u, height = (path.u, path.height) if member == "gear" else (path.u_pinion, path.height_pinion)
-    free = path.free
-    axes.plot(np.where(free, u, np.nan) * _MM, height * _MM, color=colour, lw=2.2, label="unloaded path of contact")
+    label = "unloaded path of contact"
+    axes.plot(np.where(path.free, u, np.nan) * _MM, height * _MM, color=ORANGE, lw=2.2, label=label)
 
 
-def ease_off_figure(pair: FlankPair, path: ContactPath | None = None, member: Member = "gear") -> Figure:
-    """Ease-off over the flank of a member, contours in um; a dashed line limits the common part of both blanks.
-
-    pair: the mesh.
-    path: path of contact; default: that of the pair over one pitch.
-    member: member of the projection.
-    """
-    figure, axes = flank_figure(pair, member, "ease-off")
+def ease_off_figure(pair: FlankPair, member: Member) -> Figure:
+    """Ease-off over the flank of a member, contours in um; a dashed line limits the common part of both blanks."""
+    figure, axes = member_figure(pair, member, "ease-off")
     u, v, margin = map_grid(pair)
     relief = pair.surface.patch(u.ravel(), v.ravel(), ("ease_off",))[0].reshape(u.shape) * _UM
     shown = np.ma.masked_where(margin < 0.0, relief)
@@ -243,26 +186,22 @@ def ease_off_figure(pair: FlankPair, path: ContactPath | None = None, member: Me
     lines = axes.contour(x, y, shown, levels=levels[1:], colors="w", linewidths=0.7)
     axes.clabel(lines, fmt="%g", fontsize=8)
     figure.colorbar(colours, ax=axes, label="ease-off, material\nmissing on pinion [µm]", shrink=0.85)
-    draw_path(axes, pair, pair.path if path is None else path, member, ORANGE)
+    draw_path(axes, pair, member)
     flank_axes(axes, pair, member)
     axes.legend(loc="lower left", fontsize=8, frameon=False, ncols=2)
     return figure
 
 
-def contact_lines_figure(
-    pair: FlankPair, cycle: tuple[MeshPosition, ...], path: ContactPath | None = None, member: Member = "gear"
-) -> Figure:
+def contact_lines_figure(pair: FlankPair, cycle: tuple[MeshPosition, ...]) -> Figure:
     """Potential contact lines of all positions of a pitch, coloured by equivalent radius, and the path of contact."""
-    figure, axes = flank_figure(pair, member, "contact lines")
-    blank = (pair.surface.gear if member == "gear" else pair.surface.pinion).blank
+    figure, axes = member_figure(pair, "gear", "contact lines")
+    blank = pair.surface.gear.blank
     lines: list[FloatArray] = []
     radii = []
     for position in cycle:
-        face = position.face_gear if member == "gear" else position.face_pinion
-        height = position.height_gear if member == "gear" else position.height_pinion
         for own in _flank_lines(position):
-            u = face[own] - 0.5 * blank.face_width
-            line = np.stack([u, height[own] + blank.root(u)], axis=1) * _MM
+            u = position.face_gear[own] - 0.5 * blank.face_width
+            line = np.stack([u, position.height_gear[own] + blank.root(u)], axis=1) * _MM
             lines += line_pieces(line)
             radii.append(position.radius_equivalent[own])
             if position is cycle[0]:
@@ -270,8 +209,8 @@ def contact_lines_figure(
                 axes.plot(*line.T, color="k", lw=2.5, zorder=3, label=label)
     shown = axes.add_collection(LineCollection(lines, array=np.concatenate(radii) * _MM, cmap=COLOURS, linewidths=1.3))
     figure.colorbar(shown, ax=axes, label="equivalent radius\nnormal to the line [mm]", shrink=0.85)
-    draw_path(axes, pair, pair.path if path is None else path, member, ORANGE)
-    flank_axes(axes, pair, member)
+    draw_path(axes, pair, "gear")
+    flank_axes(axes, pair, "gear")
     axes.legend(loc="lower left", fontsize=8, frameon=False, ncols=2)
     return figure
 
@@ -282,7 +221,7 @@ def _flank_lines(position: MeshPosition) -> list[NDArray[np.int64]]:
     return [line for line in position.lines if edge is None or not edge.touching[line[0]]]
 
 
-def radius_figure(pair: FlankPair, cycle: tuple[MeshPosition, ...], lines: int = 6) -> Figure:
+def radius_figure(pair: FlankPair, cycle: tuple[MeshPosition, ...]) -> Figure:
     """Equivalent radius normal to the line along selected contact lines of the cycle."""
     from matplotlib import colormaps
 
@@ -299,7 +238,7 @@ def radius_figure(pair: FlankPair, cycle: tuple[MeshPosition, ...], lines: int =
         for own in _flank_lines(position)
     ]
     traces.sort(key=lambda trace: trace[0])
-    chosen = np.unique(np.linspace(0, len(traces) - 1, lines + 2).astype(int)[1:-1])
+    chosen = np.unique(np.linspace(0, len(traces) - 1, _TRACES + 2).astype(int)[1:-1])
     for colour, number in zip(colormaps[COLOURS](np.linspace(0.0, 0.9, chosen.size)), chosen, strict=True):
         roll, face, radius = traces[number]
         axes.plot(face * _MM, radius * _MM, color=colour, marker=".", ms=3, label=f"{roll:+.2f}")
@@ -316,12 +255,10 @@ def radius_figure(pair: FlankPair, cycle: tuple[MeshPosition, ...], lines: int =
     return figure
 
 
-def contact_pattern_figure(
-    pair: FlankPair, pattern: ContactPattern, path: ContactPath, member: Member, ax: Axes | None = None
-) -> Axes:
+def contact_pattern_figure(pair: FlankPair, pattern: ContactPattern, member: Member, ax: Axes | None = None) -> Axes:
     """Contact pattern on a member, shaded in quarters of the marking thickness, with the path of contact."""
     thickness = pattern.thickness * _UM
-    _, axes = flank_figure(pair, member, f"contact pattern, marking {thickness:.4g} µm,", ax)
+    _, axes = member_figure(pair, member, f"contact pattern, marking {thickness:.4g} µm,", ax)
     u, height = (pattern.gear_u, pattern.gear_height) if member == "gear" else (pattern.pinion_u, pattern.pinion_height)
     gap = np.ma.masked_where(~pattern.inside, np.where(pattern.inside, pattern.separation, 0.0) * _UM)
     levels = np.linspace(0.0, thickness, 5)
@@ -329,7 +266,7 @@ def contact_pattern_figure(
     if pattern.marked.any():
         axes.contour(u * _MM, height * _MM, gap, levels=levels[-1:], colors=BLUE, linewidths=1.4)
     figure_of(axes).colorbar(shades, ax=axes, label="minimum distance\nof the flanks [µm]", shrink=0.85, format="%.3g")
-    draw_path(axes, pair, path, member, ORANGE)
+    draw_path(axes, pair, member)
     flank_axes(axes, pair, member)
     axes.legend(loc="lower left", fontsize=8, frameon=False)
     return axes

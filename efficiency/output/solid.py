@@ -44,10 +44,11 @@ class Solid:
 
 
 class _Mesh:
-    """Points and triangles during assembly."""
+    """Points, quadrilaterals and triangles during assembly."""
 
     def __init__(self) -> None:
         self.points: list[FloatArray] = []
+        self.quads: list[IntArray] = []
         self.triangles: list[IntArray] = []
         self.count = 0
 
@@ -60,19 +61,20 @@ class _Mesh:
         return numbers
 
     def sheet(self, numbers: IntArray) -> None:
-        """Add triangles of grids of points (..., a, b); the normal is the step in a times the step in b."""
+        """Add the cells of grids of points (..., a, b); the normal is the step in a times the step in b."""
         p, q = numbers[..., :-1, :-1], numbers[..., 1:, :-1]
         r, s = numbers[..., 1:, 1:], numbers[..., :-1, 1:]
-        for corners in ((p, q, r), (p, r, s)):
-            self.triangles.append(np.stack(corners, axis=-1).reshape(-1, 3))
+        self.quads.append(np.stack([p, q, r, s], axis=-1).reshape(-1, 4))
 
     def band(self, start: IntArray, stop: IntArray) -> None:
-        """Add triangles between two closed rings; the normal is the step between them times the step along."""
+        """Add cells between two closed rings; the normal is the step between them times the step along."""
         self.sheet(np.stack([np.append(ring, ring[:1]) for ring in (start, stop)]))
 
     def solid(self) -> Solid:
         """The closed surface."""
-        return Solid(np.concatenate(self.points), np.concatenate(self.triangles))
+        quads = np.concatenate(self.quads)
+        halves = quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]
+        return Solid(np.concatenate(self.points), np.concatenate([*halves, *self.triangles]))
 
 
 @dataclass(frozen=True)
@@ -151,6 +153,18 @@ def tooth_space_solid(grid: ToothGrid, rim: float | None = None) -> Solid:
     mesh.sheet(np.stack([floor[0], edge.first_flank[0]]))
     mesh.sheet(np.stack([floor[-1], edge.last_flank[0]]).T)
     return mesh.solid()
+
+
+def teeth_surface(grid: ToothGrid, teeth: int, angle: float) -> FloatArray:
+    """Corners (n, 4, 3) of the cells of some teeth and of the rim at both ends, rotated by an angle [rad]."""
+    turns = angle + (np.arange(teeth) - teeth // 2)[:, None, None] * grid.pitch
+    mesh, ends = _Mesh(), [0, -1]
+    edge = _toothed_surface(mesh, grid, grid.lower + turns, grid.upper + turns, closed=False)
+    depth = 0.35 * (grid.blank.mean_addendum + grid.blank.mean_dedendum)
+    toe, heel = mesh.add(grid.point(edge.azimuth[:, ends], grid.u[0, ends], grid.height[0, ends] - depth)).T
+    mesh.sheet(np.stack([edge.toe, toe]))
+    mesh.sheet(np.stack([heel, edge.heel]))
+    return np.asarray(np.concatenate(mesh.points)[np.concatenate(mesh.quads)])
 
 
 def body_section(grid: ToothGrid, rim: float | None, bore: float | None) -> tuple[FloatArray, FloatArray, float]:

@@ -6,6 +6,7 @@ They are used for terminal, page, workbook, CSV and data frames.
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, fields, replace
 from itertools import product
@@ -227,11 +228,12 @@ def result_table(result: EfficiencyResult) -> Table:
 
 def remarks_table(results: Sequence[EfficiencyResult]) -> Table:
     """Notes and neglected effects, each once, with the number of results they belong to."""
-    counts: dict[tuple[str, str], int] = {}
-    for result in results:
-        for kind, texts in (("note", result.notes), ("skipped", result.skipped)):
-            for text in texts:
-                counts[kind, text] = counts.get((kind, text), 0) + 1
+    counts = Counter(
+        (kind, text)
+        for result in results
+        for kind, texts in (("note", result.notes), ("skipped", result.skipped))
+        for text in texts
+    )
     rows = [(kind, text, count) for (kind, text), count in counts.items()]
     return Table(("kind", "text", "results"), rows, name="remarks")
 

@@ -14,7 +14,7 @@ import numpy as np
 import scipy
 
 from efficiency.vehicle.loss_map import AxleLosses, LossMap, LossTable, require_all
-from ehl.common.arrays import FloatArray, finite_or_none
+from ehl.common.arrays import finite_or_none
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.files import write_file
 from ehl.common.quantities import quantity
@@ -58,14 +58,10 @@ class AxleTestPoints:
     torque_output: tuple[float, ...]
     speed_wheel: tuple[float, ...]
 
-    def pinion_torques(self, ratio: float) -> FloatArray:
+    def pinion_torques(self, ratio: float) -> list[float | str]:
         """Pinion torques of the loss map [N m]: loss-free torques of the test points, and a margin for the loss."""
         loaded = [torque / ratio for torque in self.torque_output if torque > 0.0]
-        return np.array([*loaded, _MARGIN * loaded[-1]])
-
-    def pinion_speeds(self, ratio: float) -> FloatArray:
-        """Pinion speeds [rad/s]."""
-        return np.array(self.speed_wheel) * ratio
+        return [*loaded, _MARGIN * loaded[-1]]
 
 
 def axle_test_points(
@@ -166,7 +162,7 @@ def solve_axle_test(points: AxleTestPoints, mesh: LossMap, ratio: float, axle: A
     constant below the lowest torque of the map.
 
     points: test points.
-    mesh: loss map without axle losses at `points.pinion_torques` and `points.pinion_speeds`.
+    mesh: loss map without axle losses at `points.pinion_torques` and the wheel speeds times the ratio.
     ratio: axle ratio [-].
     axle: losses outside the mesh.
     Raises `ConvergenceError`: the loss exceeds a fifth of the input torque at the largest output torque.

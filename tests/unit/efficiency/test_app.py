@@ -64,7 +64,7 @@ def test_answers_are_those_of_the_python_interface(bench: Bench, scene: Scene) -
 
 def test_pictures_hold_the_contact(bench: Bench, scene: Scene) -> None:
     answer = bench.answer(scene)
-    points, top = answer.tooth("pressure")
+    points, top = answer.tooth("pressure_hertz")
     assert len(points) > 500
     assert top == pytest.approx(1e-9 * answer.result.pressure_hertz_max, rel=0.05)
     # within the face and the height of the gear tooth
@@ -194,7 +194,7 @@ def test_where_nothing_can_carry_the_load_there_is_no_number(bench: Bench, scene
     answer = bench.answer(changed(scene, torque="1000000"))
     assert answer.headline() == "no result"
     assert answer.notes[0].grade == "fault"
-    assert len(answer.tooth("pressure")[0]) > 0
+    assert len(answer.tooth("pressure_hertz")[0]) > 0
 
 
 def test_the_contact_that_loses_most_is_one_of_the_mesh(bench: Bench, scene: Scene) -> None:

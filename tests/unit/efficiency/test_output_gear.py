@@ -32,8 +32,7 @@ from efficiency.output.comparison_report import (
     plot_run_time,
 )
 from efficiency.output.flank_map import FlankMap
-from efficiency.output.gear_report import load_figures, loss_figures, mesh_figures
-from efficiency.output.map_report import nearest_point
+from efficiency.output.gear_report import load_figures, loss_figures, mesh_figures, nearest_point
 from efficiency.output.plots_load import map_figures
 from efficiency.output.tables import (
     comparison_table,
