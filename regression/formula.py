@@ -16,6 +16,7 @@ from pydantic import PrivateAttr
 
 from ehl.common.data import data_names, data_path
 from ehl.common.errors import InputError, same_name
+from ehl.common.files import write_file
 from ehl.common.pages import Reportable
 from ehl.common.progress import report_progress
 from ehl.common.runner import checked_jobs
@@ -164,11 +165,18 @@ class Formula(FittedFormula, Reportable):
         Raises
         ------
         InputError
-            The language is unknown, or the file cannot be written.
+            The language is unknown, the name is no identifier, or the file cannot be written.
         """
-        from regression.export.export import export_formula
+        from regression.export.export import identifier, writer_of
+        from regression.export.program import program_of
 
-        program = export_formula(self, Path(path), language, oil=oil, oil_arguments=oil_arguments, guard=guard)
+        path = Path(path)
+        text = writer_of(path, language)
+        if oil is not None and oil_arguments:
+            raise InputError("oil", oil, "not together with oil_arguments")
+        name = identifier(path)
+        program = program_of(self, oil=oil, oil_arguments=oil_arguments, guard=guard)
+        write_file(path, text(program, name))
         return program.arguments
 
     def sections(self, medium: Medium = "page", dataset: Results | None = None) -> list[Section]:

@@ -8,7 +8,7 @@ import shutil
 import subprocess
 import sys
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -21,9 +21,8 @@ from scipy.stats import qmc
 
 from ehl.fluid.oil import Oil
 from ehl.state import ContactState
-from regression.export.export import export_formula
 from regression.export.matlab_text import matlab_text
-from regression.export.program import Program, program_of
+from regression.export.program import program_of
 from regression.formula import Formula
 from regression.friction.conditions import LUBRICANT_UNITS, conditions_of
 from regression.friction.models import FrictionFlag
@@ -84,9 +83,9 @@ def expected(name: str) -> Array:
     return np.column_stack([found.mu, found.lower, found.upper, found.flag])
 
 
-def columns(program: Program, name: str) -> Array:
+def columns(arguments: Sequence[str], name: str) -> Array:
     table = points(name)
-    return np.column_stack([table[argument] for argument in program.arguments])
+    return np.column_stack([table[argument] for argument in arguments])
 
 
 def agree(found: Array, name: str, tolerance: float = 1e-12) -> None:
@@ -108,8 +107,8 @@ def test_points_see_every_flag_a_formula_has() -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_python_in_a_process_without_this_program(name: str, tmp_path: Path) -> None:
-    program = export_formula(formula_of(name), tmp_path / "friction.py")
-    np.savetxt(tmp_path / "points.txt", columns(program, name), fmt="%.17g")
+    arguments = formula_of(name).export(tmp_path / "friction.py")
+    np.savetxt(tmp_path / "points.txt", columns(arguments, name), fmt="%.17g")
     (tmp_path / "run.py").write_text(
         "import sys\n"
         f"sys.path.insert(0, {str(tmp_path)!r})\n"
@@ -168,7 +167,7 @@ LANGUAGES = {
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_compiled_languages(language: str, name: str, tmp_path: Path) -> None:
     file, main, argument, first, command, longest, lines = LANGUAGES[language]
-    program = export_formula(formula_of(name), tmp_path / file)
+    program, arguments = program_of(formula_of(name)), formula_of(name).export(tmp_path / file)
     text = (tmp_path / file).read_text()
     assert len(text) < 150_000
     assert len(text.splitlines()) <= lines
@@ -182,12 +181,12 @@ def test_compiled_languages(language: str, name: str, tmp_path: Path) -> None:
     assert max(map(len, text.splitlines())) <= longest
     if shutil.which(command.split()[0]) is None:
         pytest.skip(f"{command.split()[0]} is not installed")
-    count = len(program.arguments)
-    arguments = ", ".join(argument.format(i + first) for i in range(count))
+    count = len(arguments)
+    passed = ", ".join(argument.format(i + first) for i in range(count))
     source = tmp_path / f"main{Path(file).suffix}"
-    source.write_text(main.replace("COUNT", str(count)).replace("ARGUMENTS", arguments))
+    source.write_text(main.replace("COUNT", str(count)).replace("ARGUMENTS", passed))
     subprocess.run(command.split(), cwd=tmp_path, check=True, timeout=120)
-    given = "\n".join(" ".join(f"{x:.17g}" for x in row) for row in columns(program, name))
+    given = "\n".join(" ".join(f"{x:.17g}" for x in row) for row in columns(arguments, name))
     found = subprocess.run([tmp_path / "main"], input=given, capture_output=True, text=True, check=True, timeout=120)
     agree(np.loadtxt(found.stdout.splitlines()), name)
 
@@ -208,6 +207,7 @@ def matlab_statements(text: str) -> list[str]:
 def test_matlab_statement_by_statement(name: str) -> None:
     """The statements of the file after their operators are translated; that MATLAB reads them as we do is assumed."""
     program = program_of(formula_of(name))
+    arguments = program.arguments
     known: dict[str, Any] = {
         **{n: getattr(np, n) for n in ["exp", "log", "log10", "sqrt", "abs", "isfinite", "nan", "inf", "tanh", "fix"]},
         "atanh": np.arctanh,
@@ -215,7 +215,7 @@ def test_matlab_statement_by_statement(name: str) -> None:
         "choose": np.where,
         "larger": np.maximum,
         "smaller": np.minimum,
-        **dict(zip(program.arguments, columns(program, name).T, strict=True)),
+        **dict(zip(arguments, columns(arguments, name).T, strict=True)),
     }
     statements = matlab_statements(matlab_text(program, "friction"))
     assert len(statements) == len(program.steps) + len(program.coefficients)
@@ -229,7 +229,7 @@ def test_matlab_statement_by_statement(name: str) -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_matlab_file_in_octave(name: str, tmp_path: Path) -> None:
     """Runs where octave is installed; anywhere the file holds as many functions as ends."""
-    program = export_formula(formula_of(name), tmp_path / "friction.m")
+    arguments = formula_of(name).export(tmp_path / "friction.m")
     text = (tmp_path / "friction.m").read_text()
     assert len(text.splitlines()) <= 400
     opened = re.findall(r"^\s*(?:function|if|for)\b", text, flags=re.MULTILINE)
@@ -237,10 +237,10 @@ def test_matlab_file_in_octave(name: str, tmp_path: Path) -> None:
     octave = shutil.which("octave-cli") or shutil.which("octave")
     if octave is None:
         pytest.skip("octave is not installed")
-    np.savetxt(tmp_path / "points.txt", columns(program, name), fmt="%.17g")
-    arguments = ", ".join(f"x(:, {i + 1})" for i in range(len(program.arguments)))
+    np.savetxt(tmp_path / "points.txt", columns(arguments, name), fmt="%.17g")
+    given = ", ".join(f"x(:, {i + 1})" for i in range(len(arguments)))
     script = (
-        f"x = load('points.txt'); [mu, lower, upper, flag] = friction({arguments}); d = [mu lower upper flag];"
+        f"x = load('points.txt'); [mu, lower, upper, flag] = friction({given}); d = [mu lower upper flag];"
         "file = fopen('found.txt', 'w'); fprintf(file, '%.17g %.17g %.17g %d\\n', d'); fclose(file);"
     )
     subprocess.run([octave, "--norc", "--quiet", "--eval", script], cwd=tmp_path, check=False, timeout=300)
@@ -255,12 +255,12 @@ def test_fmu_is_valid_and_gives_the_friction(kind: str, tmp_path: Path) -> None:
     from fmpy.validation import validate_fmu
 
     path, name = tmp_path / "friction.fmu", "75w90"
-    program = export_formula(formula_of(name), path)
+    arguments = formula_of(name).export(path)
     assert validate_fmu(str(path)) == []
     if shutil.which("gcc") is None:
         pytest.skip("gcc is not installed")
     description, folder = fmpy.read_model_description(path), fmpy.extract(path, tmp_path / "unit")
-    assert [v.name for v in description.modelVariables if v.causality == "input"] == list(program.arguments)
+    assert [v.name for v in description.modelVariables if v.causality == "input"] == list(arguments)
     fmu = (FMU2Slave if kind == "co-simulation" else FMU2Model)(
         guid=description.guid, unzipDirectory=folder, modelIdentifier="friction", instanceName="one"
     )
@@ -268,8 +268,8 @@ def test_fmu_is_valid_and_gives_the_friction(kind: str, tmp_path: Path) -> None:
     fmu.setupExperiment()
     fmu.enterInitializationMode()
     fmu.exitInitializationMode()
-    found, count = [], len(program.arguments)
-    for row in columns(program, name):
+    found, count = [], len(arguments)
+    for row in columns(arguments, name):
         fmu.setReal(range(count), row)
         if kind == "co-simulation":
             fmu.doStep(currentCommunicationPoint=0.0, communicationStepSize=1.0)
@@ -288,7 +288,7 @@ def test_fmu_without_a_compiler_contains_its_sources(
     compiler: str | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     monkeypatch.setattr(shutil, "which", lambda name: compiler)
-    export_formula(formula_of("fva3_short"), tmp_path / "friction.fmu")
+    formula_of("fva3_short").export(tmp_path / "friction.fmu")
     with zipfile.ZipFile(tmp_path / "friction.fmu") as unit:
         assert unit.namelist() == ["modelDescription.xml", "sources/friction.c"]
     assert "without a library" in caplog.text
@@ -303,27 +303,26 @@ def python_function(path: Path) -> Callable[..., Any]:
 
 def test_without_guard_the_code_is_short_and_gives_the_same_friction(tmp_path: Path) -> None:
     name = "75w90_short"
-    program = export_formula(formula_of(name), tmp_path / "friction.py", guard=False)
+    arguments = formula_of(name).export(tmp_path / "friction.py", guard=False)
     text = (tmp_path / "friction.py").read_text()
     assert len(text) < 20_000
-    found = np.column_stack(python_function(tmp_path / "friction.py")(*columns(program, name).T))
+    found = np.column_stack(python_function(tmp_path / "friction.py")(*columns(arguments, name).T))
     agree(found, name + WITHOUT_GUARD)
 
 
 def test_oil_properties_as_arguments(tmp_path: Path) -> None:
     name = "75w90_short"
     path = tmp_path / "friction.py"
-    program = export_formula(formula_of(name), path, oil_arguments=True)
-    assert program.oil is None
-    assert {*program.arguments} & set(LUBRICANT_UNITS)
+    arguments = formula_of(name).export(path, oil_arguments=True)
+    assert {*arguments} & set(LUBRICANT_UNITS)
     table = conditions_of(state(points(name)), Oil.load("75w90"))
-    found = python_function(path)(*(table[argument] for argument in program.arguments))
+    found = python_function(path)(*(table[argument] for argument in arguments))
     agree(np.column_stack(found), name)
 
 
 def test_beyond_the_laws_of_the_oil_there_is_no_value(tmp_path: Path) -> None:
-    program = export_formula(formula_of("fva3_short"), tmp_path / "friction.py")
-    row = dict(zip(program.arguments, columns(program, "fva3_short")[0], strict=True))
+    arguments = formula_of("fva3_short").export(tmp_path / "friction.py")
+    row = dict(zip(arguments, columns(arguments, "fva3_short")[0], strict=True))
     function = python_function(tmp_path / "friction.py")
     for temperature in (500.0, 200.0, np.nan):
         mu, lower, upper, flag = function(**{**row, "temperature_oil": temperature})
@@ -333,7 +332,7 @@ def test_beyond_the_laws_of_the_oil_there_is_no_value(tmp_path: Path) -> None:
 
 def test_formula_of_several_oils_asks_which(tmp_path: Path) -> None:
     both = formula_of("fva3_short").model_copy(update={"oils": (OilIdentity(name="fva3"), OilIdentity(name="75w90"))})
-    assert export_formula(both, tmp_path / "friction.c", oil="75w90").oil == "75w90"
+    assert program_of(both, oil="75w90").oil == "75w90"
     for oil in (None, "m100"):
         with refuses("oil"):
-            export_formula(both, tmp_path / "friction.c", oil=oil)
+            both.export(tmp_path / "friction.c", oil=oil)
