@@ -54,11 +54,11 @@ COLUMNS = {
 }
 
 
-def path_points(name: str) -> pd.DataFrame:
+def path_points(name: str, states: Sequence[tuple[float, float, float]] = STATES) -> pd.DataFrame:
     """Points of one pair, SI units; `outside` is the share of the work outside the ranges of the plan `gear`."""
     pair = efficiency.load(name)
     design = pair.design
-    duty = [DutyRow(part * design.operation.torque, rpm * np.pi / 30.0, oil + KELVIN, 1.0) for part, rpm, oil in STATES]
+    duty = [DutyRow(part * design.operation.torque, rpm * np.pi / 30.0, oil + KELVIN, 1.0) for part, rpm, oil in states]
     ranges = Plan.from_file("gear").axes
     tables = []
     for points, row in zip(pair.duty_points(duty), duty, strict=True):
@@ -84,18 +84,23 @@ def path_points(name: str) -> pd.DataFrame:
     return pd.concat(tables, ignore_index=True)
 
 
-def main(argv: Sequence[str] | None = None) -> None:
-    parser = command_line(__doc__)
-    parser.add_argument("file", type=Path)
-    file = parser.parse_args(argv).file
-    table = pd.concat([path_points(name) for name in SHIPPED], ignore_index=True)
-    print(table.groupby("design")[["outside"]].max())
+def write_table(file: Path, table: pd.DataFrame) -> None:
+    """Points as the table of a plan."""
     scale = {"pressure_hertz": 1e-9, "radius_equivalent": 1e3, "roughness_rms": 1e6, "correlation_length": 1e6}
     written = pd.DataFrame({head: table[name] * scale.get(name, 1.0) for name, head in COLUMNS.items()})
     written[COLUMNS["temperature_oil"]] -= KELVIN
     for note in ("design", "state", "loss"):
         written[f"# {note}"] = table[note]
     written.to_csv(file, index=False, float_format="%.6g")
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    parser = command_line(__doc__)
+    parser.add_argument("file", type=Path)
+    file = parser.parse_args(argv).file
+    table = pd.concat([path_points(name) for name in SHIPPED], ignore_index=True)
+    print(table.groupby("design")[["outside"]].max())
+    write_table(file, table)
     print(f"{len(table)} contacts")
 
 

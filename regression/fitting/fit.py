@@ -15,8 +15,9 @@ from ehl.common.progress import report_progress
 from ehl.common.threads import single_thread
 from regression import __version__
 from regression.data.dataset import Dataset, columns
-from regression.fitting.coefficients import fit_form
+from regression.fitting.coefficients import FittedForm, fit_form
 from regression.fitting.cross_validation import (
+    HeldOut,
     fitted_and_held_out,
     frictions,
     nested_cross_validate,
@@ -115,6 +116,7 @@ def interval_of(
     *,
     deviation: Array | None = None,
     extrapolated: NDArray[np.bool_] | None = None,
+    of_means: float = 1.0,
 ) -> ErrorInterval:
     """ErrorInterval from the held-out errors of ln mu by bands of lambda (Mondrian), on which the errors depend most.
 
@@ -123,6 +125,7 @@ def interval_of(
     folds (n,): folds of the rows, for the coverage of every band with widths from the other folds.
     deviation (n,): held-out standard deviation of ln mu by the formula; widths are then multiples of it.
     extrapolated (n,): rows outside the range of the cases of the other folds, for the error of extrapolation.
+    of_means: factor of the widths (`ratio_of_means`); coverage is that of the rows, without it.
     """
     ratio = frame["film_ratio_formula"].to_numpy(dtype=float)
     score = error if deviation is None else error / deviation
@@ -135,9 +138,10 @@ def interval_of(
     outer = error if extrapolated is None or extrapolated.sum() < _MIN_IN_BAND else error[extrapolated]
     return ErrorInterval(
         level=INTERVAL_LEVEL,
-        log_width=conformal_width(score, INTERVAL_LEVEL),
+        log_width=of_means * conformal_width(score, INTERVAL_LEVEL),
         largest=float(error.max()),
-        bands=widths,
+        bands=tuple(band.model_copy(update={"log_width": of_means * band.log_width}) for band in widths),
+        of_means=of_means,
         normalised=deviation is not None,
         near=conformal_width(outer, INTERVAL_LEVEL),
     )
@@ -175,6 +179,26 @@ def conformal_width(error: Array, level: float) -> float:
     """The smallest width that covers ceil((n + 1) level) of n held-out errors (split conformal)."""
     rank = min(math.ceil((len(error) + 1) * level), len(error))
     return float(np.sort(error)[rank - 1])
+
+
+def ratio_of_means(form: FittedForm, frame: pd.DataFrame, held_out: HeldOut, repeated: pd.DataFrame) -> float:
+    """Width of the interval of the mean of mu over roughness profiles, over that of single profiles [-].
+
+    The held-out error of a case contains the scatter of its own profile, that of a mean over several hardly any.
+
+    frame: the fitted rows.
+    repeated: points with several profiles, not fitted; fewer than 20 give 1.
+    """
+    means = expected_rows(repeated) if len(repeated) else repeated
+    if len(means) < _MIN_IN_BAND:
+        return 1.0
+    error = np.abs(np.log(held_out.mu / computed_friction(frame)))
+    noise, deviation = _with_noise(error, held_out.deviation)
+    mu, spread = form.friction(means)
+    width = interval_of(frame, error, deviation=deviation).width(
+        means["film_ratio_formula"].to_numpy(dtype=float), None if spread is None else np.hypot(spread, noise)
+    )
+    return conformal_width(np.abs(np.log(mu / computed_friction(means))) / width, INTERVAL_LEVEL)
 
 
 def noise_floor(frame: pd.DataFrame) -> float:
@@ -224,6 +248,12 @@ def fit_formula(
             if oil is not None
             else _width_of_oils_left_out(family, frame, dataset.plan_name, network=network, jobs=workers)
         )
+    of_means = 1.0
+    if noise is not None:
+        drawn, repeated = drawn_rows(frame), _never_fitted(dataset, noise.frame)
+        if by_oil:  # those of the other oils, so that its own points remain a check
+            drawn, repeated = drawn & ~own_rows(frame, oil), repeated[~own_rows(repeated, oil)]
+        of_means = ratio_of_means(form, frame[drawn].reset_index(drop=True), held_out.of(drawn), repeated)
     # networks are trained on all rows and tuned to each oil; the following results are for the selected oil
     own = own_rows(frame, oil)
     frame, held_out = frame[own].reset_index(drop=True), held_out.of(own)
@@ -266,7 +296,7 @@ def fit_formula(
         folds=int(np.unique(held_out.folds).size),
         bands=bands(judged, held_out.mu, covered, floor),
         interval=interval_of(
-            judged, error, held_out.folds, deviation=deviation, extrapolated=held_out.extrapolated
+            judged, error, held_out.folds, deviation=deviation, extrapolated=held_out.extrapolated, of_means=of_means
         ).model_copy(update={"other_oil": other_oil}),
         noise_floor=noise_floor(judged),
         noise=floor,
@@ -295,7 +325,7 @@ def fit_formula(
         update={
             "corners": None if corners else checked_scores(formula, corner_rows),
             "paths": checked_scores(formula, on_paths),
-            **({} if noise is None else _unseen_errors(formula, dataset, noise.frame[own_rows(noise.frame, oil)])),
+            **({} if noise is None else _unseen_errors(formula, _never_fitted(dataset, noise.frame), oil)),
         }
     )
 
@@ -401,9 +431,14 @@ def checked_scores(formula: FittedFormula, frame: pd.DataFrame) -> Scores | None
     return scores(frame, value.mu, coverage=float(covered.mean()), extrapolated=float(extrapolated.mean()))
 
 
-def _unseen_errors(formula: FittedFormula, dataset: Dataset, repeated: pd.DataFrame) -> dict[str, object]:
+def _never_fitted(dataset: Dataset, repeated: pd.DataFrame) -> pd.DataFrame:
+    """Usable rows with other cases than those of a dataset."""
+    return checkable_rows(repeated[~repeated["key"].isin(dataset.frame["key"])])
+
+
+def _unseen_errors(formula: FittedFormula, repeated: pd.DataFrame, oil: str | None) -> dict[str, object]:
     """Errors of the means over the profiles of points that were not fitted, total and by film ratio."""
-    rows = checkable_rows(repeated[~repeated["key"].isin(dataset.frame["key"])])
+    rows = repeated[own_rows(repeated, oil)].reset_index(drop=True)
     means = expected_rows(rows) if len(rows) else rows
     found = checked_scores(formula, means)
     if found is None:

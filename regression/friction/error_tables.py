@@ -111,8 +111,9 @@ class ErrorInterval(InputModel):
     `log_width` covers the share `level` of all held-out cases, that of a band the same share of its cases. There is no
     calibration outside the data: near them the width is at least that of the widest band, outside the range it grows
     with the distance, and far from the data it is `largest`, the largest error. With `normalised`, widths are multiples
-    of the standard deviation by the networks of the formula. `other_oil` covers the same share of the cases of each oil
-    with a formula fitted without it; None for fewer than three oils.
+    of the standard deviation by the networks of the formula. `of_means` is their ratio to those that cover single
+    profiles: 1 without points of several profiles, whose mean is the friction of a finish. `other_oil` covers the same
+    share of the cases of each oil with a formula fitted without it; None for fewer than three oils.
     """
 
     level: Annotated[float, ValueRange("", gt=0.0, lt=1.0)]
@@ -121,6 +122,7 @@ class ErrorInterval(InputModel):
     bands: tuple[WidthBand, ...] = ()
     normalised: bool = False
     near: Width = 0.0
+    of_means: Width = 1.0
     other_oil: Width | None = None
 
     def width(self, film_ratio: Array, deviation: Array | None = None) -> Array:

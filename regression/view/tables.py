@@ -49,7 +49,7 @@ def band_table(formula: FittedFormula) -> Table:
     )
     note = (
         "Noise floor: scatter of one roughness realisation about the mean of several, at points with several "
-        "realisations. Covered: share of the cases inside their interval."
+        "realisations. Covered: share of the cases inside the interval of single profiles."
     )
     return Table(columns, rows, title=f"{formula.label}: errors of held-out cases by region", notes=(note,))
 
@@ -114,11 +114,17 @@ def interval_table(formula: FittedFormula, spread: Sequence[tuple[float, float, 
         Column("coverage", of="share", label="covered"),
         Column("coverage_error", of="share", label="two binomial standard errors"),
     )
+    notes = ["factor = exp(w s) with w from column deviations and s the deviation at the point"] if spread else []
+    if interval.of_means != 1.0:
+        notes.append(
+            f"for the mean over roughness profiles, {interval.of_means:.2g} times the widths that cover single "
+            "profiles; covered: single profiles by the latter"
+        )
     return Table(
         [column for column, kept in zip(columns, keep, strict=True) if kept],
         [[value for value, kept in zip(row, keep, strict=True) if kept] for row in rows],
         title=f"{formula.label}: interval of {100 * level:g} % by film ratio, from µ/factor to µ·factor",
-        notes=("factor = exp(w s) with w from column deviations and s the deviation at the point",) if spread else (),
+        notes=tuple(notes),
     )
 
 

@@ -239,6 +239,28 @@ def test_noise_stands_beside_the_errors(dataset: Dataset) -> None:
     assert fit_formula(dataset, "power_law").noise is None
 
 
+@pytest.mark.parametrize(("profiles", "expected"), [(16, (0.5, 0.75)), (1, (0.8, 1.2))])
+def test_interval_of_means_over_profiles_is_narrower(
+    dataset: Dataset, profiles: int, expected: tuple[float, float]
+) -> None:
+    """Friction with a scatter of 15 % by the profile; a mean over 16 profiles keeps a quarter of it; the formula errs as well."""
+    random = np.random.default_rng(8)
+    scattered = dataset.frame["friction_coefficient"] * np.exp(0.15 * random.standard_normal(len(dataset.frame)))
+    plain = replace(dataset, frame=dataset.frame.assign(friction_coefficient=scattered))
+    frame = pd.concat([dataset.frame[dataset.frame["origin"] != "corner"][:60]] * profiles, ignore_index=True)
+    frame["seed"] = np.arange(len(frame))
+    frame["key"] = [f"{number:064x}" for number in range(len(frame))]
+    frame["friction_coefficient"] *= np.exp(0.15 * random.standard_normal(len(frame)))
+    alone = fit_formula(plain, "power_law").interval
+    found = fit_formula(plain, "power_law", noise=replace(dataset, frame=frame)).interval
+    assert alone.of_means == 1.0
+    assert expected[0] < found.of_means < expected[1]
+    assert found.log_width == pytest.approx(found.of_means * alone.log_width)
+    for before, after in zip(alone.bands, found.bands, strict=True):
+        assert after.log_width == pytest.approx(found.of_means * before.log_width)
+        assert after.coverage == before.coverage  # of single profiles
+
+
 def test_band_table_is_that_of_plain_numpy(dataset: Dataset) -> None:
     formula = fit_formula(dataset, "power_law")
     for variable in ("film_ratio", "pressure_hertz"):
