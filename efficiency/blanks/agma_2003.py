@@ -164,10 +164,11 @@ def rate_agma(pair: PairBlank | RatedPair, inputs: RatingInput) -> AgmaRating | 
         (1.0, 1.0) if inputs.life is None else life_factors(c, load_cycles(pair.ratio, inputs.speed, inputs.life))
         for c in curves
     )
-    steps = []
-    for step in inputs.loads:
-        _, pressed, bent = stresses(step.torque, step.speed)
-        steps.append((pressed / contact_limit, bent / root_limit, load_cycles(pair.ratio, step.speed, step.hours)))
+
+    def used(torque: float, speed: float) -> tuple[FloatArray, FloatArray]:
+        _, pressed, bent = stresses(torque, speed)
+        return pressed / contact_limit, bent / root_limit
+
     safety = contact_limit * life[0] / contact, root_limit * life[1] / root
     power = inputs.torque * inputs.speed
     return AgmaRating(
@@ -193,5 +194,5 @@ def rate_agma(pair: PairBlank | RatedPair, inputs: RatingInput) -> AgmaRating | 
         safety_root=as_pair(safety[1]),
         power_pitting=as_pair(power * safety[0] ** 2),
         power_root=as_pair(power * safety[1]),
-        spectrum=spectrum_rating(curves, steps),
+        spectrum=spectrum_rating(curves, inputs.loads, pair.ratio, used),
     )

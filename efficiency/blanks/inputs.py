@@ -165,11 +165,6 @@ class PairBlankInput(InputModel):
             raise InputError(where, surplus, f"no value: Method {self.method} takes mean_spiral_angle_{member}")
         return self
 
-    @model_validator(mode="after")
-    def _process(self) -> Self:
-        PROCESSES[self.process].check_blade_groups(self.blade_groups)
-        return self
-
     @property
     def gear_generation(self) -> Generation:
         """Generation of the gear profile."""
@@ -181,7 +176,8 @@ class PairBlankInput(InputModel):
         return (self.blade_groups or 0) / self.teeth_gear
 
     @model_validator(mode="after")
-    def _blade_of_formate(self) -> Self:
+    def _cutting(self) -> Self:
+        PROCESSES[self.process].check_blade_groups(self.blade_groups)
         if self.inside_blade_angle_gear is not None and self.gear_generation.rolls:
             stated = f"{degrees(self.inside_blade_angle_gear):.6g} deg"
             hint = 'Use gear_cutting = "formate", or omit the blade angle.'

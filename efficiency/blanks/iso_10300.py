@@ -176,7 +176,7 @@ def rate_flank(pair: PairBlank | RatedPair, inputs: RatingInput, side: Side) -> 
     found = vars(flank) | vars(now)
     found |= {"contact_stress_permissible": contact_limit, "safety_pitting": contact_limit / now.contact_stress}
     found |= {"root_stress_permissible": root_limit, "safety_root": root_limit / now.root_stress}
-    found["spectrum"] = flank.spectrum()
+    found["spectrum"] = spectrum_rating((PITTING_LIFE, ROOT_LIFE), inputs.loads, pair.ratio, flank.used)
     own: dict[str, Any] = {f.name: found[f.name] for f in fields(FlankRating)}
     own |= {name: as_pair(value) for name, value in own.items() if isinstance(value, np.ndarray)}
     return FlankRating(**own)
@@ -249,14 +249,10 @@ class _Flank:
         bent = root * factors * self.face_load_factor / self.curvature_factor
         return _Loaded(force, normal, dynamic, transverse, nominal, contact, root, bent)
 
-    def spectrum(self) -> SpectrumRating | None:
-        """Damage of the load spectrum, if there is one."""
-        pair, steps = self.pair, []
-        for load in self.inputs.loads:
-            now, cycles = self.at(load.torque, load.speed), load_cycles(pair.ratio, load.speed, load.hours)
-            contact = now.contact_stress / self.contact_limit * np.ones(2)
-            steps.append((contact, now.root_stress / self.root_limit, cycles))
-        return spectrum_rating((PITTING_LIFE, ROOT_LIFE), steps)
+    def used(self, torque: float, speed: float) -> tuple[FloatArray, FloatArray]:
+        """Contact and root stress of both members over their limits."""
+        now = self.at(torque, speed)
+        return now.contact_stress / self.contact_limit * np.ones(2), now.root_stress / self.root_limit
 
     def _dynamic_factor(self, force: float, speed: float, soft: float) -> float:
         """K_v (8) to (25)."""

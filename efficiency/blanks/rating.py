@@ -6,7 +6,7 @@ A life curve is a sequence of lines of log stress over log load cycles; a load s
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
@@ -202,11 +202,19 @@ def _safety(curve: Curve, steps: Sequence[tuple[float, float]]) -> float:
 
 
 def spectrum_rating(
-    curves: tuple[Curve, Curve], steps: Sequence[tuple[FloatArray, FloatArray, Pair]]
+    curves: tuple[Curve, Curve],
+    loads: Sequence[RatingLoad],
+    ratio: float,
+    used: Callable[[float, float], tuple[FloatArray, FloatArray]],
 ) -> SpectrumRating | None:
-    """Damage of a load spectrum: life curves of pitting and root; contact and root stress over the limits, cycles."""
-    if not steps:
+    """Damage of a load spectrum; None without one.
+
+    curves: life curves of pitting and root.
+    used: contact and root stress over their limits at a pinion torque [N m] and speed [rad/s].
+    """
+    if not loads:
         return None
+    steps = [(*used(load.torque, load.speed), load_cycles(ratio, load.speed, load.hours)) for load in loads]
     members = [[[(float(step[kind][i]), step[2][i]) for step in steps] for i in (0, 1)] for kind in (0, 1)]
     damages, safeties = (
         [as_pair([f(curve, member) for member in both]) for curve, both in zip(curves, members, strict=True)]

@@ -89,11 +89,11 @@ class MeshPosition:
     # rotation of the rigid unloaded gear relative to constant ratio [rad]; zero, or negative if it lags behind the
     # design point
     transmission_error: float
+    # angle between the lay of each flank and the contact line [rad]
+    lay_pinion: FloatArray
+    lay_gear: FloatArray
     # edges nearest to the points; None without edges
     edge: EdgeProximity | None = field(default=None, compare=False)
-    # angle between the lay of each flank and the contact line [rad]; default: 0
-    lay_pinion: FloatArray | None = None
-    lay_gear: FloatArray | None = None
 
     @property
     def line_number(self) -> IntArray:

@@ -88,9 +88,14 @@ def _grid(
     if not found[-1]:
         raise ConvergenceError("undercut", f"the {gear.side} gear flank does not reach its design point")
     radius, z = gear.blank.axial(u, gear.blank.height(u, v))
-    parameters, on_gear = gear.refine(
-        radius, z, _spread(lead_u, lead_v, lead.parameters, found, u_range, v_range, u, v)
-    )
+
+    def spread(parameters: FloatArray, some: BoolArray) -> FloatArray:
+        """Starting values for Newton's method at the nodes; with fewer points a lower degree is used."""
+        shape = _LEAD if some.all() else (4, 3)
+        values = dict(zip(("a", "b", "c"), parameters[:, some], strict=True))
+        return Patch.fit_points(u_range, v_range, shape, lead_u[some], lead_v[some], values)(u, v, ("a", "b", "c"))
+
+    parameters, on_gear = gear.refine(radius, z, spread(lead.parameters, found))
     regular = relative_regularity(gear, parameters, on_gear)
     on_gear = regular > UNDERCUT
     # missing gear points are replaced by the design point to avoid invalid numbers
@@ -104,29 +109,10 @@ def _grid(
     if not reached[-1]:
         raise ConvergenceError("undercut", f"the {pinion.side} pinion flank does not reach its design point")
     _, near, met = ease_off(conjugate, pinion, phase, np.where(reached, facing.parameters, facing.parameters[:, -1:]))
-    start = _spread(lead_u, lead_v, near, found & reached & met, u_range, v_range, u, v)
+    start = spread(near, found & reached & met)
     if not dense and not (on_gear.all() and reached.all() and met.all()):
         return _grid(gear, pinion, assembly, u_range, v_range, middle, shape, True)
     return FlankGrid(gear, pinion, u_range, v_range, shape, dense, u, v, points, on_gear, regular, start)
-
-
-def _spread(
-    u: FloatArray,
-    v: FloatArray,
-    parameters: FloatArray,
-    found: BoolArray,
-    u_range: tuple[float, float],
-    v_range: tuple[float, float],
-    to_u: FloatArray,
-    to_v: FloatArray,
-) -> FloatArray:
-    """Surface parameters at many nodes from those at a few: starting values for Newton's method."""
-    whole = bool(found.all())
-    names = ("a", "b", "c")
-    values = dict(zip(names, parameters[:, found], strict=True))
-    # with fewer points a lower degree is used
-    lead = Patch.fit_points(u_range, v_range, _LEAD if whole else (4, 3), u[found], v[found], values)
-    return lead(to_u, to_v, names)
 
 
 def last_point(conjugate: ConjugatePoints) -> ConjugatePoints:

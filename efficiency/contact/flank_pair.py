@@ -14,7 +14,7 @@ from efficiency.contact.conjugate import ConjugateFlank
 from efficiency.contact.contact_search import ContactPath, Transmission, transmission
 from efficiency.contact.flank_grid import SHAPE, FlankGrid
 from efficiency.contact.gear_flanks import GearFlanks, Side
-from efficiency.contact.grid_flank import GridFlank
+from efficiency.contact.grid_flank import SmoothFlank
 from efficiency.contact.measured_flank import MeasuredFlank
 from efficiency.contact.mesh_surface import EDGES, MeshSurface, mesh_surface
 from ehl.common.arrays import BoolArray, FloatArray
@@ -128,7 +128,7 @@ class FlankPair:
         """Notes on the unloaded contact."""
         notes = []
         for name, flank in (("pinion", self.surface.pinion), ("gear", self.surface.gear)):
-            if isinstance(flank, (ConjugateFlank, GridFlank, MeasuredFlank)):
+            if isinstance(flank, (ConjugateFlank, SmoothFlank)):
                 error = f"{flank.error * 1e6:.2g} um" if flank.error > 1e-9 else "below 1 nm"
                 more = f"; {flank.note}" if isinstance(flank, MeasuredFlank) else ""
                 notes.append(f"the {flank.side} {name} flank is {flank.origin}; error of that surface {error}{more}")

@@ -43,6 +43,11 @@ class GearFlanks:
         """Blank of a member."""
         return self.of(member)["concave"].blank
 
+    def clearance(self, member: Member) -> float:
+        """Clearance between the root of a member and the tip of its mate at the mean point, at least 0 [m]."""
+        mate = self.blank("gear" if member == "pinion" else "pinion")
+        return max(self.blank(member).mean_dedendum - mate.mean_addendum, 0.0)
+
     def loaded_side(self, member: Member, side: Side) -> FlankSide:
         """The loaded flank of a member on the drive or the coast side."""
         concave = (self.drive_flank_pinion == "concave") == ((member == "pinion") == (side == "drive"))

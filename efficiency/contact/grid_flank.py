@@ -75,10 +75,6 @@ class SmoothFlank(Flank):
         turned = np.stack([c * normal[0] - s * normal[1], s * normal[0] + c * normal[1], normal[2]])
         return point, turned, x[2] + 0.0 * azimuth
 
-    def guess(self) -> FloatArray:
-        """The mean point."""
-        return np.zeros((3, 1))
-
 
 FORMAT = "mixed-ehl flank grid v1"
 _UNITS = {"mm": 1e-3, "m": 1.0, "inch": 0.0254, "in": 0.0254, "um": 1e-6}
@@ -110,13 +106,6 @@ class PointGrid:
     def place(self, index: int) -> str:
         """Name of a point for messages."""
         return f"{self.path}, row {self.row[index]}, column {self.column[index]}"
-
-
-@dataclass(frozen=True)
-class GridFlank(SmoothFlank):
-    """Flank through a grid of points; see `grid_flank`."""
-
-    rms: float = 0.0  # RMS distance of the points from the surface [m]
 
 
 def read_point_grid(path: Path) -> PointGrid:
@@ -215,7 +204,7 @@ def placed_points(
     return u, v, h, middle + np.angle(np.exp(1j * (turn - middle)))
 
 
-def grid_flank(grid: PointGrid, side: FlankSide, blank: Blank, hand: Hand) -> GridFlank:
+def grid_flank(grid: PointGrid, side: FlankSide, blank: Blank, hand: Hand) -> SmoothFlank:
     """Smooth flank through a grid of points on a blank of a member of that hand.
 
     Raises an `InputError` if the points do not lie on this blank, do not cover it, or do not form one surface.
@@ -231,15 +220,12 @@ def grid_flank(grid: PointGrid, side: FlankSide, blank: Blank, hand: Hand) -> Gr
             samples, shape = sloped, other
     missed = np.abs(samples.left_out(shape))
     patch = samples.fit(shape)
-    rest = azimuth - patch(u, v, ("azimuth",))[0]
-    sense = normal_sense(side, hand)
-    flank = GridFlank(side, blank, sense, patch, f"the points of {grid.path}", 0.0)
+    flank = SmoothFlank(side, blank, normal_sense(side, hand), patch, f"the points of {grid.path}", 0.0)
     points = flank.points(np.stack([u, h, np.zeros_like(u)]))
     # distance along the normal: distance around the axis times the component of the normal in that direction
     share = np.abs(grid.position[0] * points.normal[1] - grid.position[1] * points.normal[0])
     _check_normals(grid, points.normal)
-    rms = float(np.sqrt(np.mean((rest * share) ** 2)))
-    return replace(flank, error=float((missed * share).max()), rms=rms)
+    return replace(flank, error=float((missed * share).max()))
 
 
 def _check_normals(grid: PointGrid, normal: FloatArray) -> None:

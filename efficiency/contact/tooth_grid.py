@@ -174,9 +174,7 @@ def tooth_grid(pair: GearFlanks, member: Member, rows: int = 15, columns: int = 
     """
     flanks = pair.of(member)
     blank = pair.blank(member)
-    mate = pair.blank("gear" if member == "pinion" else "pinion")
-    clearance = max(blank.mean_dedendum - mate.mean_addendum, 0.0)
-    roots = {side: root_profile(flank, columns, clearance) for side, flank in flanks.items()}
+    roots = {side: root_profile(flank, columns, pair.clearance(member)) for side, flank in flanks.items()}
     stations = np.linspace(-0.5, 0.5, columns) * blank.face_width
     h = _heights(blank, stations, rows, list(roots.values()))
     u = np.broadcast_to(stations, h.shape)

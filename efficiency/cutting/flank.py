@@ -76,9 +76,9 @@ class Flank(ABC):
         otherwise the third parameter.
         """
 
-    @abstractmethod
     def guess(self) -> FloatArray:
-        """Parameters (3, 1) near the point `anchor`."""
+        """Parameters (3, 1) near the point `anchor`; those of the mean point of a surface over blank coordinates."""
+        return np.zeros((3, 1))
 
     @property
     def anchor(self) -> tuple[float, float]:
@@ -355,10 +355,6 @@ class CutFlank(Flank):
         near = ((ring < np.roll(ring, 1, axis=1)) & (ring <= np.roll(ring, -1, axis=1))).ravel()
         best = np.flatnonzero(near)[np.argsort(off[near])[:_STARTS]]
         return np.stack([s[best], th[best], phi[best]])
-
-    def guess(self) -> FloatArray:
-        """Cutting parameters of the mean point."""
-        return self._start
 
     def _depth_of_tip(self) -> str:
         """Distance of the blade tip below the root cone in words; empty if it is small."""

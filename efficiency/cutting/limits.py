@@ -129,28 +129,11 @@ class FlankLimits:
     undercut: BoolArray  # whether the edge of regression lies above the end of the profile
     regression: FloatArray  # height of the edge of regression [m]; nan without one
     fillet: EdgeColumns  # points of the fillet, from the profile to the root line
-    roll: tuple[float, float]  # range of the cradle roll of flank and fillet [rad]
 
     @property
     def undercut_depth(self) -> FloatArray:
         """Height of the flank lost to undercut above the edge of regression, 0 without undercut [m]."""
         return np.where(self.undercut, self.start - np.where(self.undercut, self.regression, 0.0), 0.0)
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """Notes on undercut with its position, and on missing parts."""
-        notes = []
-        if self.undercut.any():
-            worst = int(np.argmax(self.undercut_depth))
-            u, start, lost = self.u[worst] * 1e3, self.start[worst] * 1e3, self.undercut_depth[worst] * 1e6
-            notes.append(
-                f"undercut at {self.undercut.sum()} of {self.u.size} stations, worst {u:+.4g} mm along the face from "
-                f"the mean point: the flank ends {start:+.4g} mm from the pitch cone, {lost:.3g} um above its edge of "
-                "regression"
-            )
-        if np.isnan(self.root).any():
-            notes.append(f"the blade tip does not reach the root at {np.isnan(self.root).sum()} stations")
-        return tuple(notes)
 
     @property
     def root_error(self) -> FloatArray:
@@ -164,15 +147,14 @@ def fillet(flank: CutFlank) -> CutFlank:
     return replace(flank, blade=replace(flank.blade, edge_radius=radius, part="fillet"))
 
 
-def flank_limits(flank: CutFlank, stations: int = 15, margin: float = 0.0) -> FlankLimits:
+def flank_limits(flank: CutFlank, stations: int = 15) -> FlankLimits:
     """Fillet, root line and undercut of a flank.
 
     flank: the flank.
     stations: number of stations along the face.
-    margin: distance of the stations from toe and heel, as a fraction of the face width.
     """
     blank, root_cut = flank.blank, fillet(flank)
-    u = np.linspace(-0.5 + margin, 0.5 - margin, stations) * blank.face_width
+    u = np.linspace(-0.5, 0.5, stations) * blank.face_width
     middle, found = flank.solve(u, blank.height(u, np.full(stations, 0.6)))
     if not found.all():
         raise ConvergenceError("undercut", f"the {flank.side} flank does not exist at the middle of its depth")
@@ -193,7 +175,6 @@ def flank_limits(flank: CutFlank, stations: int = 15, margin: float = 0.0) -> Fl
         edge[undercut], start[undercut] = limit.height[-1], _crossing(root_cut, u[undercut], limit, curve, undercut)
     reached = profile.found[-1] & curve.found[-1]
     start[~profile.found[-1] & ~undercut] = np.nan
-    rolls = np.concatenate([middle.parameters[2], profile.parameters[:, 2].ravel(), curve.parameters[:, 2].ravel()])
     return FlankLimits(
         u=u,
         tip=blank.tip(u),
@@ -203,7 +184,6 @@ def flank_limits(flank: CutFlank, stations: int = 15, margin: float = 0.0) -> Fl
         undercut=undercut,
         regression=edge,
         fillet=curve,
-        roll=(float(rolls.min()), float(rolls.max())),
     )
 
 

@@ -109,9 +109,9 @@ class CuttingProcess(ABC):
     def check_blade_groups(self, groups: int | None) -> None:
         """Raise an `InputError` for an invalid number of blade groups."""
 
-    @abstractmethod
     def taper(self, cutter_radius: float, uniform_radius: float) -> str:
         """Usual depth taper for r_c0 and R_m2 sin beta_m2 [m]."""
+        return "uniform"
 
     def radius_limit(self, taper: str, uniform_radius: float) -> RadiusLimit | None:
         """Recommended limit of the cutter radius for R_m2 sin beta_m2, in the same unit."""
@@ -267,10 +267,6 @@ class FaceHobbing(CuttingProcess):
         """Raise an `InputError` for a missing number of blade groups."""
         if groups is None:
             raise InputError("blade_groups", None, "the number of blade groups of the face-hobbing head")
-
-    def taper(self, cutter_radius: float, uniform_radius: float) -> str:
-        """Uniform depth."""
-        return "uniform"
 
     def common_factors(self, groups: int, teeth: tuple[int, int]) -> Iterator[tuple[str, int]]:
         """Numbers without common factors, so that each blade group and tooth meets all teeth of the mate."""

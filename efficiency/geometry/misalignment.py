@@ -107,11 +107,11 @@ class MisalignmentStudy:
     samples: int | None = None  # number of random states instead of the combinations
     accuracy_grade: int | None = None  # of the flanks of random states
     tolerances: FlankDeviation = field(default_factory=FlankDeviation)  # standard deviations of the flanks
-    status: Literal["converged", "failed"] = field(init=False)
 
-    def __post_init__(self) -> None:
-        failed = all(point.status == "failed" for point in self.points)
-        object.__setattr__(self, "status", "failed" if failed else "converged")
+    @property
+    def status(self) -> Literal["converged", "failed"]:
+        """``failed`` if no state could be computed."""
+        return "failed" if all(point.status == "failed" for point in self.points) else "converged"
 
     @property
     def varied(self) -> list[str]:

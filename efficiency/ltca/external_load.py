@@ -44,7 +44,6 @@ from efficiency.contact.flank_pair import FlankPair
 from efficiency.contact.mesh_surface import EDGES, MeshSurface
 from efficiency.ltca.equilibrium import Equilibrium
 from efficiency.ltca.load_distribution import (
-    ElasticPosition,
     LoadDistribution,
     PositionLoad,
     TeethElasticity,
@@ -134,10 +133,35 @@ def read_load(path: Path, contact: FlankPair, teeth: TeethElasticity, torque: fl
     grid = np.rint(columns.get("grid", np.zeros(u.size)))
 
     def distribution(part: float) -> LoadDistribution:
+        """The load itself (0), or that of the coarse grid (1)."""
         allowed = _FRICTION if friction and part == 0.0 else _TORQUE
         chosen = np.flatnonzero(grid == part)
-        loads = _loads(path, surface, teeth, torque, allowed, columns, rows, (u, v, tooth), chosen)
-        load = LoadDistribution(torque, loads, "converged", "", teeth.gear.outline())
+        loads: list[PositionLoad] = []
+        angles = np.unique(np.round(columns["pinion_angle"][chosen], 12))
+        if not angles.size:
+            raise InputError(str(path), "points of the coarse grid alone", "points of the load (grid 0)")
+        _require_even(path, angles, surface.pitch)
+        for angle in angles:
+            here = chosen[np.abs(columns["pinion_angle"][chosen] - angle) < 1e-11]
+            here = here[np.argsort(tooth[here], kind="stable")]
+            at, own = (u[here], v[here], tooth[here]), {name: column[here] for name, column in columns.items()}
+            length = own["length"] if "length" in own else _spacing(surface, *at)
+            force = own["force"] if "force" in own else own["load_per_length"] * length
+            position = _position(surface, float(angle), *at, length, _edge(surface, *at[:2], own))
+            if "radius_equivalent" in own:
+                position = replace(position, radius_equivalent=own["radius_equivalent"])
+            carried = float(force @ position.lever_pinion)
+            if not abs(carried / torque - 1.0) <= allowed:
+                raise InputError(
+                    f"{path.name}: forces at pinion angle {angle:.6g} rad (rows {rows[here[0]]} to {rows[here[-1]]})",
+                    f"{carried:.6g} N m about the pinion axis",
+                    f"within {allowed:.0%} of the stated {torque:.6g} N m",
+                    "Check units, sign of the pinion angle, side (drive or coast), and that no tooth pair is missing.",
+                )
+            loads.append(_load(position, teeth, force, carried / torque - 1.0))
+            if len(angles) < 2:
+                raise InputError(str(path), "one mesh position", "at least 2 positions of one pitch")
+        load = LoadDistribution(torque, tuple(loads), "converged", "", teeth.gear.outline())
         if "pressure_hertz" in columns:
             ordered = chosen[np.lexsort((tooth[chosen], np.round(columns["pinion_angle"][chosen], 12)))]
             carries = np.concatenate([p.force for p in loads]) > 0.0
@@ -158,45 +182,6 @@ def read_load(path: Path, contact: FlankPair, teeth: TeethElasticity, torque: fl
     mesh = replace(mesh, transmission_error=contact.transmission.peak_to_peak)
     balance = FrictionBalance(-1.0 if friction.endswith("gear driving") else 1.0, 0) if friction else None
     return LoadedGrids(mesh, load, load, balance, distribution(1.0) if np.any(grid == 1.0) else None)
-
-
-def _loads(
-    path: Path,
-    surface: MeshSurface,
-    teeth: TeethElasticity,
-    torque: float,
-    allowed: float,
-    columns: dict[str, FloatArray],
-    rows: tuple[int, ...],
-    places: tuple[FloatArray, FloatArray, IntArray],
-    chosen: IntArray,
-) -> tuple[PositionLoad, ...]:
-    """Loads at the positions of the chosen rows; their torque may deviate by the fraction `allowed`."""
-    u, v, tooth = places
-    loads: list[PositionLoad] = []
-    angles = np.unique(np.round(columns["pinion_angle"][chosen], 12))
-    if not angles.size:
-        raise InputError(str(path), "points of the coarse grid alone", "points of the load (grid 0)")
-    _require_even(path, angles, surface.pitch)
-    for number, angle in enumerate(angles):
-        here = chosen[np.abs(columns["pinion_angle"][chosen] - angle) < 1e-11]
-        here = here[np.argsort(tooth[here], kind="stable")]
-        length = columns["length"][here] if "length" in columns else _spacing(surface, u[here], v[here], tooth[here])
-        force = columns["force"][here] if "force" in columns else columns["load_per_length"][here] * length
-        edge = _edge(surface, u[here], v[here], {name: columns[name][here] for name in _OF_EDGE if name in columns})
-        position = _position(surface, float(angle), u[here], v[here], tooth[here], length, edge)
-        if "radius_equivalent" in columns:
-            position = replace(position, radius_equivalent=columns["radius_equivalent"][here])
-        carried = float(force @ position.lever_pinion)
-        if not abs(carried / torque - 1.0) <= allowed:
-            where = f"{path.name}: forces at pinion angle {angle:.6g} rad (rows {rows[here[0]]} to {rows[here[-1]]})"
-            stated = f"{carried:.6g} N m about the pinion axis"
-            hint = "Check units, sign of the pinion angle, side (drive or coast), and that no tooth pair is missing."
-            raise InputError(where, stated, f"within {allowed:.0%} of the stated {torque:.6g} N m", hint)
-        loads.append(_load(position, teeth, force, carried / torque - 1.0))
-        if number == 0 and len(angles) < 2:
-            raise InputError(str(path), "one mesh position", "at least 2 positions of one pitch")
-    return tuple(loads)
 
 
 def _carried(load: LoadDistribution) -> float:
@@ -261,10 +246,10 @@ def _require_even(path: Path, angles: FloatArray, pitch: float) -> None:
         raise InputError(where, stated, f"positions that divide one pitch of {pitch:.6g} rad evenly, without its end")
 
 
-def _edge(surface: MeshSurface, u: FloatArray, v: FloatArray, given: dict[str, FloatArray]) -> EdgeProximity:
-    if len(given) < len(_OF_EDGE):
+def _edge(surface: MeshSurface, u: FloatArray, v: FloatArray, columns: dict[str, FloatArray]) -> EdgeProximity:
+    if not columns.keys() >= set(_OF_EDGE):
         return EdgeProximity(*nearest_edge(surface, u, v), np.zeros(u.size, bool))
-    index, distance, section, touching = given.values()
+    index, distance, section, touching = (columns[name] for name in _OF_EDGE)
     return EdgeProximity(np.rint(index).astype(np.int64), distance, section, touching > 0.5)
 
 
@@ -299,9 +284,7 @@ def _spacing(surface: MeshSurface, u: FloatArray, v: FloatArray, tooth: IntArray
 
 def _load(position: MeshPosition, teeth: TeethElasticity, force: FloatArray, off: float) -> PositionLoad:
     size = position.pair.size
-    rounding = np.ones(size) if position.edge is None else teeth.rounding(position.edge)
-    elastic = ElasticPosition(position, np.zeros((size, size)), teeth.local([position])[0], np.zeros(size), rounding)
     unknown = np.full(size, math.nan)
     given = Equilibrium(force, math.nan, math.nan, unknown, math.nan, abs(off), 0, 0, 0, "converged", "")
     unknown = np.full(1, math.nan)
-    return loads_of_forces([elastic], elastic.approach, force, unknown, unknown, [given])[0]
+    return loads_of_forces([position], teeth.local([position])[0], force, unknown, unknown, [given])[0]

@@ -99,15 +99,6 @@ def edge_load(load: LoadDistribution, teeth: TeethElasticity) -> EdgeLoad:
     return EdgeLoad(float(sum(shares.values())), extended, shares, peak, lower, upper, edge, number, point)
 
 
-@dataclass(frozen=True)
-class Peak:
-    """Maximum Hertz pressure of the cycle."""
-
-    pressure: float  # [Pa]
-    place: str  # position on the gear flank, as text
-    edge: str  # edge in contact there, such as ``gear tip``; empty inside the flank
-
-
 def hardness(teeth: TeethElasticity) -> float:
     """Hardness of the softer member [Pa]."""
     return min(teeth.material_pinion.hardness, teeth.material_gear.hardness)
@@ -122,16 +113,6 @@ def points_above_hardness(load: LoadDistribution, teeth: TeethElasticity) -> tup
 def edges_yield(load: LoadDistribution, teeth: TeethElasticity) -> bool:
     """Whether an edge certainly yields, so that the elastic load distribution is invalid."""
     return load.pressure_edge_max > _EDGE_YIELD * hardness(teeth)
-
-
-def pressure_peak(load: LoadDistribution, teeth: TeethElasticity) -> Peak:
-    """Maximum Hertz pressure of the cycle with its position."""
-    number = int(np.argmax([p.pressure_hertz.max() for p in load.positions]))
-    at = load.positions[number]
-    point = int(np.argmax(at.pressure_hertz))
-    near = at.position.edge
-    edge = EDGES[near.index[point]] if near is not None and at.at_edge[point] else ""
-    return Peak(float(at.pressure_hertz[point]), flank_place(load, teeth, number, point), edge)
 
 
 def flank_place(load: LoadDistribution, teeth: TeethElasticity, number: int, point: int) -> str:
@@ -156,10 +137,12 @@ def limit_notes(
     notes = []
     above, loaded = points_above_hardness(load, teeth)
     if above:
-        peak = pressure_peak(load, teeth)
+        number = int(np.argmax([p.pressure_hertz.max() for p in load.positions]))
+        pressure = load.positions[number].pressure_hertz
+        place = flank_place(load, teeth, number, int(np.argmax(pressure)))
         notes.append(
             f"Hertz pressure above the {hardness(teeth) / 1e9:.3g} GPa hardness of the softer member at {above} of "
-            f"{loaded} loaded points, up to {peak.pressure / 1e9:.4g} GPa, {peak.place}; the teeth would yield"
+            f"{loaded} loaded points, up to {pressure.max() / 1e9:.4g} GPa, {place}; the teeth would yield"
         )
     edges = edges or edge_load(load, teeth)
     if edges_yield(load, teeth):

@@ -8,9 +8,9 @@ The local compliance of the flanks is after Weber, with the tooth edges near the
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -46,17 +46,42 @@ def weber_local(
 
 
 @dataclass(frozen=True)
-class LocalCompliance:
-    """Nonlinear local compliance of both bodies at a set of contact points."""
+class LocalApproach:
+    """Load-deflection law of n points: local compliance of both bodies with the tooth edges near the contact."""
 
+    length: FloatArray  # (n,) length of contact line represented by each point [m]
     radius_equivalent: FloatArray  # (n,) equivalent radius normal to the contact line [m]
     depths: Sequence[FloatArray]  # distance from the flank to the middle plane of pinion and gear tooth [m]
+    free_edge: FloatArray  # (n,) additional compliance near a free edge [m2/N]
+    # (n,) distance of the closest approach from the edge [m], negative beyond it; infinite without edges
+    edge_distance: FloatArray
+    rounding: FloatArray  # (n,) radius of the edge [m]; unused without edges
     materials: Sequence[Material]  # pinion and gear
     effective_modulus: float  # E' [Pa]
 
-    def approach(self, load_per_length: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Approach of both middle planes [m] and its derivative by the load per length [m2/N], for loads above 0."""
-        b = hertz_half_width(load_per_length, self.radius_equivalent, self.effective_modulus)
+    @classmethod
+    def joined(cls, parts: Sequence[LocalApproach]) -> LocalApproach:
+        """Concatenated points of several laws of the same bodies."""
+        depths = [np.concatenate([part.depths[k] for part in parts]) for k in (0, 1)]
+        names = ("length", "radius_equivalent", "free_edge", "edge_distance", "rounding")
+        arrays: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
+        return replace(parts[0], depths=depths, **arrays)
+
+    def half_width(self, load: FloatArray) -> FloatArray:
+        """Hertz half-width of the flanks without edges for a load per length [m]."""
+        return hertz_half_width(load, self.radius_equivalent, self.effective_modulus)
+
+    def sections(self, load: FloatArray) -> tuple[IntArray, EdgeSection]:
+        """Points whose contact reaches an edge, and their edge contact."""
+        half_width = self.half_width(load)
+        # a force whose contact width underflows to zero is no contact
+        at = np.flatnonzero((self.edge_distance < half_width) & (half_width > 0.0))
+        ratio = self.radius_equivalent[at] / self.rounding[at]
+        return at, EdgeSection.of(self.edge_distance[at] / half_width[at], ratio)
+
+    def of_flanks(self, load_per_length: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Approach of both middle planes without edges [m], and its derivative by the load per length [m2/N]."""
+        b = self.half_width(load_per_length)
         total, slope = np.zeros_like(b), np.zeros_like(b)
         for depth, material in zip(self.depths, self.materials, strict=True):
             nu = material.poisson_ratio
@@ -70,54 +95,14 @@ class LocalCompliance:
             slope += part / load_per_length - scale * 0.5 * ratio * (1.0 / root - nu / (1.0 - nu) * dlateral)
         return total, slope
 
-
-@dataclass(frozen=True)
-class LocalApproach:
-    """Load-deflection law of n points."""
-
-    length: FloatArray  # (n,) length of contact line represented by each point [m]
-    flanks: LocalCompliance  # compliance of the flanks without edges
-    free_edge: FloatArray  # (n,) additional compliance near a free edge [m2/N]
-    # (n,) distance of the closest approach from the edge [m], negative beyond it; infinite without edges
-    edge_distance: FloatArray
-    rounding: FloatArray  # (n,) radius of the edge [m]
-
-    @classmethod
-    def joined(cls, parts: Sequence[LocalApproach]) -> LocalApproach:
-        """Concatenated points of several laws of the same bodies."""
-        first = parts[0].flanks
-        flanks = LocalCompliance(
-            np.concatenate([part.flanks.radius_equivalent for part in parts]),
-            [np.concatenate([part.flanks.depths[k] for part in parts]) for k in (0, 1)],
-            first.materials,
-            first.effective_modulus,
-        )
-        length, free_edge, distance, rounding = (
-            np.concatenate([getattr(part, name) for part in parts])
-            for name in ("length", "free_edge", "edge_distance", "rounding")
-        )
-        return cls(length, flanks, free_edge, distance, rounding)
-
-    def half_width(self, load: FloatArray) -> FloatArray:
-        """Hertz half-width of the flanks without edges for a load per length [m]."""
-        return hertz_half_width(load, self.flanks.radius_equivalent, self.flanks.effective_modulus)
-
-    def sections(self, load: FloatArray) -> tuple[IntArray, EdgeSection]:
-        """Points whose contact reaches an edge, and their edge contact."""
-        half_width = self.half_width(load)
-        # a force whose contact width underflows to zero is no contact
-        at = np.flatnonzero((self.edge_distance < half_width) & (half_width > 0.0))
-        ratio = self.flanks.radius_equivalent[at] / self.rounding[at]
-        return at, EdgeSection.of(self.edge_distance[at] / half_width[at], ratio)
-
     def __call__(self, force: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Local approach at each point [m] and its derivative by the force [m/N], for forces above 0 [N]."""
         load = force / self.length
-        approach, slope = self.flanks.approach(load)
+        approach, slope = self.of_flanks(load)
         approach, slope = approach + self.free_edge * load, slope + self.free_edge
         at, section = self.sections(load)
         if at.size:
-            scale = 4.0 / (np.pi * self.flanks.effective_modulus)
+            scale = 4.0 / (np.pi * self.effective_modulus)
             approach[at] += scale * load[at] * section.approach
             slope[at] += scale * section.approach_rate
         return approach, slope / self.length
@@ -125,9 +110,7 @@ class LocalApproach:
 
 _PLACE = ("face", "height")
 _OF_LOAD = ("force", "pressure_hertz", "at_edge")
-# angles of the lay, which are unknown for some meshes
-LAYS = ("lay_pinion", "lay_gear")
-OF_POSITION = ("radius_equivalent", "entrainment", "sliding_across", "sliding_along")
+OF_POSITION = ("radius_equivalent", "entrainment", "sliding_across", "sliding_along", "lay_pinion", "lay_gear")
 
 
 @dataclass(frozen=True)
@@ -159,8 +142,8 @@ class TeethElasticity:
         of_gear = self.gear.influences([(p.face_gear, p.height_gear, -p.pair) for p in cycle])
         return [pinion + gear for pinion, gear in zip(of_pinion, of_gear, strict=True)]
 
-    def local(self, cycle: Sequence[MeshPosition]) -> list[LocalCompliance]:
-        """Local compliance of both teeth at each point."""
+    def local(self, cycle: Sequence[MeshPosition]) -> list[LocalApproach]:
+        """Load-deflection law of the points of each position."""
         ends = np.cumsum([p.pair.size for p in cycle])[:-1]
         of_pinion, of_gear = (
             np.split(
@@ -168,11 +151,14 @@ class TeethElasticity:
             )
             for tooth, member in ((self.pinion, "pinion"), (self.gear, "gear"))
         )
-        materials, modulus = (self.material_pinion, self.material_gear), self.effective_modulus
-        return [
-            LocalCompliance(p.radius_equivalent, depths, materials, modulus)
-            for p, depths in zip(cycle, zip(of_pinion, of_gear, strict=True), strict=True)
-        ]
+        materials, modulus, laws = (self.material_pinion, self.material_gear), self.effective_modulus, []
+        for p, depths in zip(cycle, zip(of_pinion, of_gear, strict=True), strict=True):
+            size, edge = p.pair.size, p.edge
+            at_edge = np.zeros(size), np.full(size, np.inf), np.ones(size)
+            if edge is not None:
+                at_edge = self.free_edge(edge, depths), edge.distance, self.rounding(edge)
+            laws.append(LocalApproach(p.length, p.radius_equivalent, depths, *at_edge, materials, modulus))
+        return laws
 
     def rounding(self, edge: EdgeProximity) -> FloatArray:
         """Radius of the edge next to each point, in the section in which its contact is plane [m]."""
@@ -207,21 +193,7 @@ class ElasticPosition:
 
     position: MeshPosition
     bending: FloatArray  # (n, n) compliance of the teeth [m/N]
-    local: LocalCompliance  # local compliance of the flanks
-    free_edge: FloatArray  # (n,) additional compliance near a free edge [m2/N]
-    rounding: FloatArray  # (n,) radius of the edge nearest to each point [m]; unused without edges
-
-    @classmethod
-    def of(cls, position: MeshPosition, teeth: TeethElasticity) -> ElasticPosition:
-        """Compliance of the teeth at the points of a position."""
-        return elastic_cycle([position], teeth)[0]
-
-    @cached_property
-    def approach(self) -> LocalApproach:
-        """Load-deflection law of the points."""
-        edge = self.position.edge
-        distance = np.full(self.position.pair.size, np.inf) if edge is None else edge.distance
-        return LocalApproach(self.position.length, self.local, self.free_edge, distance, self.rounding)
+    approach: LocalApproach  # load-deflection law of the points
 
 
 @dataclass(frozen=True)
@@ -314,12 +286,7 @@ class LoadDistribution:
         return {
             name: np.concatenate([getattr(p if name in _OF_LOAD else p.position, name)[at] for p, at in pairs])
             for name in (*_OF_LOAD, *OF_POSITION)
-        } | {name: lay_of(self.cycle, name)[self._at] for name in LAYS}
-
-    @property
-    def _at(self) -> IntArray:
-        """Indices of the loaded points among those of all positions."""
-        return np.flatnonzero(np.concatenate([p.force for p in self.positions]) > 0.0)
+        }
 
     @cached_property
     def loaded_position(self) -> IntArray:
@@ -331,35 +298,14 @@ class LoadDistribution:
         """Index of each loaded point in its position."""
         return np.concatenate([np.flatnonzero(p.force > 0.0) for p in self.positions])
 
-    def sharing(self) -> tuple[FloatArray, FloatArray]:
-        """Roll of one tooth pair from the design point [rad] and its share of the torque [-] over its whole mesh."""
-        pitch = len(self.positions) * (self.cycle[1].pinion_angle - self.cycle[0].pinion_angle)
-        points = sorted(
-            (p.position.pinion_angle + pair * pitch, share) for p in self.positions for pair, share in p.share.items()
-        )
-        roll, share = np.array(points).T
-        return roll, share
-
-
-def lay_of(cycle: Sequence[MeshPosition], name: str) -> FloatArray:
-    """Angle of the lay at the points of all positions [rad]; 0 where it is unknown."""
-    angles = [(p.pair.size, getattr(p, name)) for p in cycle]
-    return np.concatenate([np.zeros(size) if lay is None else lay for size, lay in angles])
-
 
 def elastic_cycle(cycle: Sequence[MeshPosition], teeth: TeethElasticity) -> tuple[ElasticPosition, ...]:
     """Compliance of a mesh cycle, computed once for all torques."""
-    found = []
-    for position, bending, local in zip(cycle, teeth.bending(cycle), teeth.local(cycle), strict=True):
-        edge, size = position.edge, position.pair.size
-        free_edge = np.zeros(size) if edge is None else teeth.free_edge(edge, local.depths)
-        rounding = np.ones(size) if edge is None else teeth.rounding(edge)
-        found.append(ElasticPosition(position, bending, local, free_edge, rounding))
-    return tuple(found)
+    return tuple(map(ElasticPosition, cycle, teeth.bending(cycle), teeth.local(cycle)))
 
 
 def distribute_load(
-    cycle: Sequence[MeshPosition | ElasticPosition],
+    cycle: Sequence[ElasticPosition],
     teeth: TeethElasticity,
     torque: float,
     normal_torques: FloatArray | None = None,
@@ -367,7 +313,7 @@ def distribute_load(
 ) -> LoadDistribution:
     """Solve compatibility and equilibrium at each position of a mesh cycle over one pinion pitch.
 
-    cycle: positions, or positions with their compliance from `elastic_cycle`.
+    cycle: positions with their compliance from `elastic_cycle`.
     teeth: compliance of both members.
     torque: torque on the pinion in its driving direction [N m]; `InputError` unless it is finite and above 0.
     normal_torques (positions,): torque carried by the normal forces at each position, if friction carries the rest
@@ -377,7 +323,6 @@ def distribute_load(
     """
     require_torque(torque)
     torques = [torque] * len(cycle) if normal_torques is None else list(normal_torques)
-    elastic = [p if isinstance(p, ElasticPosition) else ElasticPosition.of(p, teeth) for p in cycle]
     starts: list[FloatArray | None] = [None] * len(cycle)
     if isinstance(near, Sequence):
         starts = list(near)
@@ -385,14 +330,15 @@ def distribute_load(
         starts = [p.forces_at(float(torque)) for p, torque in zip(near.positions, torques, strict=True)]
     problems = [
         EquilibriumProblem(e.bending, e.position.gap, e.position.lever_pinion, float(torque), start)
-        for e, torque, start in zip(elastic, torques, starts, strict=True)
+        for e, torque, start in zip(cycle, torques, starts, strict=True)
     ]
-    law = LocalApproach.joined([e.approach for e in elastic])
+    law = LocalApproach.joined([e.approach for e in cycle])
     solutions = solve_equilibria(problems, law)
     angles = np.array([solution.angle for solution in solutions])
-    ratios = np.array([float(np.mean(e.position.lever_pinion / e.position.lever_gear)) for e in elastic])
-    errors = np.array([e.position.transmission_error for e in elastic]) - angles * ratios
-    loads = loads_of_forces(elastic, law, np.concatenate([s.force for s in solutions]), angles, errors, solutions)
+    ratios = np.array([float(np.mean(e.position.lever_pinion / e.position.lever_gear)) for e in cycle])
+    errors = np.array([e.position.transmission_error for e in cycle]) - angles * ratios
+    force = np.concatenate([solution.force for solution in solutions])
+    loads = loads_of_forces([e.position for e in cycle], law, force, angles, errors, solutions)
     failed = [load.equilibrium.reason for load in loads if load.equilibrium.status == "failed"]
     status: Literal["converged", "failed"] = "failed" if failed else "converged"
     return LoadDistribution(torque, loads, status, failed[0] if failed else "", teeth.gear.outline())
@@ -405,14 +351,10 @@ def require_torque(torque: float) -> None:
         raise InputError("torque", torque, "a finite torque above 0 N m", hint)
 
 
-_Contact = tuple[FloatArray, FloatArray, FloatArray, FloatArray, BoolArray]
-
-
 def edge_pressures(law: LocalApproach, force: FloatArray) -> FloatArray:
     """Maximum pressure of the contacts that reach an edge, at their points [Pa]."""
     some = np.flatnonzero(force > 0.0)
-    flanks, load = law.flanks, force[some] / law.length[some]
-    radius, modulus = flanks.radius_equivalent[some], flanks.effective_modulus
+    load, radius, modulus = force[some] / law.length[some], law.radius_equivalent[some], law.effective_modulus
     half_width = hertz_half_width(load, radius, modulus)
     near = law.edge_distance[some] < half_width
     distance, ratio = law.edge_distance[some] / half_width, radius / law.rounding[some]
@@ -420,21 +362,8 @@ def edge_pressures(law: LocalApproach, force: FloatArray) -> FloatArray:
     return np.asarray(hertz_pressure(load, radius, modulus)[near] * section.pressure_max)
 
 
-def _contact(law: LocalApproach, force: FloatArray) -> _Contact:
-    """Load per length, Hertz pressure, pressure and half-width including edges, flags of points at an edge."""
-    flanks, load = law.flanks, force / law.length
-    hertz = hertz_pressure(load, flanks.radius_equivalent, flanks.effective_modulus)
-    pressure, half_width = hertz.copy(), law.half_width(load)
-    at, section = law.sections(load)
-    at_edge = np.zeros(load.size, bool)
-    at_edge[at] = True
-    pressure[at] *= section.pressure_max
-    half_width[at] *= section.half_length
-    return load, hertz, pressure, half_width, at_edge
-
-
 def loads_of_forces(
-    cycle: Sequence[ElasticPosition],
+    cycle: Sequence[MeshPosition],
     law: LocalApproach,
     force: FloatArray,
     approach: FloatArray,
@@ -446,13 +375,20 @@ def loads_of_forces(
     `law` and `force` [N] are concatenated over the positions. `approach` of the pinion [rad] and `transmission_error`
     [rad of the gear] have one value per position.
     """
-    ends = np.cumsum([e.position.pair.size for e in cycle])[:-1]
-    load, hertz, pressure, half_width, at_edge = _contact(law, force)
+    load = force / law.length
+    hertz = hertz_pressure(load, law.radius_equivalent, law.effective_modulus)
+    pressure, half_width = hertz.copy(), law.half_width(load)
+    at, section = law.sections(load)
+    at_edge = np.zeros(load.size, bool)
+    at_edge[at] = True
+    pressure[at] *= section.pressure_max
+    half_width[at] *= section.half_length
+    ends = np.cumsum([p.pair.size for p in cycle])[:-1]
     parts = (np.split(values, ends) for values in (force, load, hertz, pressure, half_width))
     flags, turns, errors = np.split(at_edge, ends), approach.tolist(), transmission_error.tolist()
     return tuple(
-        PositionLoad(e.position, f, w, p, most, b, flag, turn, error, own)
-        for e, f, w, p, most, b, flag, turn, error, own in zip(
+        PositionLoad(at, f, w, p, most, b, flag, turn, error, own)
+        for at, f, w, p, most, b, flag, turn, error, own in zip(
             cycle, *parts, flags, turns, errors, equilibria, strict=True
         )
     )

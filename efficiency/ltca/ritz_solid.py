@@ -268,15 +268,6 @@ class Orders:
         (*tooth, along), (*body, under) = self.tooth, self.body
         return Orders((tooth[0], tooth[1], along + more), (body[0], body[1], under + more))
 
-    def scaled(self, factor: float) -> Orders:
-        """All orders times a factor, rounded, at least 2."""
-
-        def times(orders: tuple[int, int, int]) -> tuple[int, int, int]:
-            a, b, c = (max(2, round(factor * n)) for n in orders)
-            return a, b, c
-
-        return Orders(times(self.tooth), times(self.body))
-
 
 ORDERS = Orders(tooth=(7, 9, 16), body=(6, 6, 14))
 # tuned: convergence of line loads to 4 % (docs/tooth_compliance.md); may be changed after repeating that table

@@ -203,15 +203,11 @@ class SolidTooth:
         """Height of the tip above the root cone at a distance from the toe [m]."""
         return np.asarray(np.interp(np.asarray(face, float), self.cell.stations, self.cell.top))
 
-    def influence(self, face: ArrayLike, height: ArrayLike, tooth: ArrayLike = 0) -> FloatArray:
-        """Deflection along the contact normal per unit normal force [m/N], (n, n).
-
-        `tooth` is the number of the tooth each point lies on, increasing to the side that the loaded flanks face.
-        """
-        return self.influences([(np.asarray(face, float), np.asarray(height, float), np.asarray(tooth))])[0]
-
     def influences(self, sets: Sequence[Points]) -> list[FloatArray]:
-        """`influence` of several independent sets of points."""
+        """Deflection along the contact normal per unit normal force [m/N], (n, n), of independent sets of points.
+
+        The number of the tooth each point lies on increases to the side that the loaded flanks face.
+        """
         shapes = self._interpolation(*(np.concatenate([points[k] for points in sets]) for k in (0, 1)))
         # one product for all points, because the matrices of the nodes are large and those of a set are small
         read = [shapes @ response for response in (self.own, *self.ahead)]
@@ -219,9 +215,9 @@ class SolidTooth:
         for face, _, tooth in sets:
             here = slice(start, start + face.size)
             start += face.size
-            shape, number = shapes[here].T, np.broadcast_to(tooth, face.shape)
+            shape = shapes[here].T
             matrix = np.zeros((face.size, face.size))
-            teeth = {int(n): np.flatnonzero(number == n) for n in np.unique(number)}
+            teeth = {int(n): np.flatnonzero(tooth == n) for n in np.unique(tooth)}
             for n, at in teeth.items():
                 for distance, response in enumerate(read):
                     there = teeth.get(n + distance)

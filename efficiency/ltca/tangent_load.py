@@ -15,10 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.contact.contact_lines import MeshPosition
-from efficiency.ltca.equilibrium import Equilibrium
 from efficiency.ltca.limits import EdgeLoad, edge_load
 from efficiency.ltca.load_distribution import (
-    LAYS,
     OF_POSITION,
     ElasticPosition,
     LoadDistribution,
@@ -27,7 +25,6 @@ from efficiency.ltca.load_distribution import (
     TeethElasticity,
     distribute_load,
     edge_pressures,
-    lay_of,
     loads_of_forces,
 )
 from ehl.common.arrays import FloatArray, IntArray
@@ -69,6 +66,7 @@ class TangentLoads:
         self.positions: tuple[MeshPosition, ...] = tuple(elastic.position for elastic in self.cycle)
         self._solved: dict[int, LoadDistribution] = {}
         self._own: list[LoadDistribution] = []
+        self._edges: dict[int, tuple[LoadDistribution, EdgeLoad, EdgeLoad]] = {}
         self._start, self._first = start, way * FRICTION
         self._step = min(FRICTION_STEP, TORQUE_STEP / max(float(np.abs(arm_ratio).max()), 1e-9))
         sizes = [p.pair.size for p in self.positions]
@@ -76,7 +74,6 @@ class TangentLoads:
         self.number = np.repeat(np.arange(len(sizes)), sizes)
         self.index = np.arange(self.number.size) - self.starts[self.number]
         self.fields = {name: np.concatenate([getattr(p, name) for p in self.positions]) for name in OF_POSITION}
-        self.fields |= {name: lay_of(self.positions, name) for name in LAYS}
         self.lever = np.concatenate([p.lever_pinion for p in self.positions])
         self.arm = np.concatenate(list(arms))
         self.law = LocalApproach.joined([elastic.approach for elastic in self.cycle])
@@ -122,10 +119,6 @@ class TangentLoads:
         angle = np.array([e.angle for e in solved]) + change / np.array([e.stiffness for e in solved])
         errors = self._unloaded - angle * self._ratio
         return TangentLoad(self, node, force, angle, errors, float(np.max(np.abs(change) / torques)))
-
-    @cached_property
-    def _edges(self) -> dict[int, tuple[LoadDistribution, EdgeLoad, EdgeLoad]]:
-        return {}
 
     def edges(self, load: TangentLoad) -> EdgeLoad:
         """Load at the edges, interpolated between a solution and a torque one step above."""
@@ -184,11 +177,8 @@ class TangentLoad(LoadDistribution):
     @cached_property
     def positions(self) -> tuple[PositionLoad, ...]:
         """Load of each position."""
-        return loads_of_forces(self.loads.cycle, self.loads.law, self.force, self.angle, self.errors, self._equilibria)
-
-    @property
-    def _equilibria(self) -> list[Equilibrium]:
-        return [p.equilibrium for p in self.node.positions]
+        solved = [p.equilibrium for p in self.node.positions]
+        return loads_of_forces(self.loads.positions, self.loads.law, self.force, self.angle, self.errors, solved)
 
     @property
     def cycle(self) -> tuple[MeshPosition, ...]:
@@ -233,10 +223,10 @@ class TangentLoad(LoadDistribution):
     @cached_property
     def loaded(self) -> dict[str, FloatArray]:
         """Fields of the loaded points of all positions, concatenated, by name."""
-        at, flanks = self.at, self.loads.law.flanks
-        force, radius, modulus = self.force[at], flanks.radius_equivalent[at], flanks.effective_modulus
-        pressure = hertz_pressure(force / self.loads.law.length[at], radius, modulus)
-        at_edge = self.loads.law.edge_distance[at] < half_width_of_pressure(pressure, radius, modulus)
+        at, law = self.at, self.loads.law
+        force, radius, modulus = self.force[at], law.radius_equivalent[at], law.effective_modulus
+        pressure = hertz_pressure(force / law.length[at], radius, modulus)
+        at_edge = law.edge_distance[at] < half_width_of_pressure(pressure, radius, modulus)
         of_load: dict[str, NDArray[Any]] = {"force": force, "pressure_hertz": pressure, "at_edge": at_edge}
         return of_load | {name: values[at] for name, values in self.loads.fields.items()}
 

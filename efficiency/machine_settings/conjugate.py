@@ -41,13 +41,13 @@ from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError
 
 
-def cradle_shares(pair: PairDimensions, screw: generating.GeneratingScrew, steps: int) -> FloatArray:
+def cradle_shares(pair: PairDimensions, screw: generating.GeneratingScrew) -> FloatArray:
     """Shares from the exact cradle to the one at the root angle of the pinion, without the exact one."""
     root = pair.pinion.pitch_angle - pair.pinion.dedendum_angle
     last = generating.share_of_root_angle(pair.assembly, root, "pinion")
     now = float(np.arcsin(screw.direction @ pair.assembly.pinion_axis[:, 0]))
     first = generating.share_of_root_angle(pair.assembly, now, "pinion")
-    return first + (last - first) * np.arange(1, steps + 1) / steps
+    return first + (last - first) * np.arange(1, _STEPS + 1) / _STEPS
 
 
 def tool_in_space(pair: PairDimensions, flank: CutFlank, screw: generating.GeneratingScrew) -> generating.ToolPose:
@@ -70,7 +70,6 @@ def fit_on_cradle(
     screw: generating.GeneratingScrew,
     free: FreeSettings,
     tilt_limit: float,
-    steps: int = 3,
 ) -> FitResult:
     """Fit on the cradle of a classic machine in steps; tilt beyond the limit is reduced to it and fixed.
 
@@ -79,7 +78,7 @@ def fit_on_cradle(
     """
     result: FitResult | None = None
     here = list(targets)
-    shares = cradle_shares(pair, screw, steps)
+    shares = cradle_shares(pair, screw)
     for share in shares:
         following = generating.generating_screw(pair.assembly, float(share))
         here = [_on_cradle(pair, target, screw, following) for target in here]
@@ -150,6 +149,7 @@ def _on_cradle(
     return replace(target, flank=flank, phase=target.phase + turned, parameters=parameters, root=root)
 
 
+_STEPS = 3  # of the cradle from the exact axis to that at the root angle
 _SHAPE = (15, 9)
 # stations of the root line, in face widths
 _STATIONS = np.array([-0.5, 0.0, 0.5])

@@ -1,6 +1,6 @@
 """Design and targets files of machine settings."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -203,24 +203,23 @@ def design_text(
 
 def targets_text(inputs: SettingsInput, comment: str) -> str:
     """Text of a targets file with the given values, without defaults."""
-    return f"# {comment}\n\n" + _tables(_model_tables("", inputs))
+    return f"# {comment}\n\n" + toml_text(_given(inputs))
 
 
-def _model_tables(name: str, model: BaseModel) -> Iterator[tuple[str, Table]]:
-    """A model as tables of a file, each after the table that contains it."""
-    plain: Table = {}
-    inner: list[tuple[str, BaseModel]] = []
+def _given(model: BaseModel) -> dict[str, Any]:
+    """The given values of a model as a table of a file."""
+    table: dict[str, Any] = {}
     for key in type(model).model_fields:
         value = getattr(model, key)
         if key not in model.model_fields_set or value is None:
             continue
         if isinstance(value, BaseModel):
-            inner.append((f"{name}.{key}".removeprefix("."), value))
-        else:
-            plain[key] = _with_unit(type(model), key, value) if isinstance(value, float) else value
-    yield name, plain
-    for full, one in inner:
-        yield from _model_tables(full, one)
+            value = _given(value)
+        elif isinstance(value, float):
+            value = _with_unit(type(model), key, value)
+        if value != {}:
+            table[key] = value
+    return table
 
 
 def _with_unit(model: type[BaseModel], key: str, value: float) -> Value:

@@ -155,61 +155,49 @@ def _tool(pair: PairDimensions, shift: float) -> tuple[ToolPose, float]:
     return ToolPose(centre, axes), float(np.arctan2(-hand * np.cos(along), np.sin(along)))
 
 
-@dataclass(frozen=True)
-class _Setup:
-    """Gear machine for a tool."""
+def _cut(
+    pair: PairDimensions, tool: ToolPose, angle: float, blades: tuple[Blade, Blade], to_back: float | None = None
+) -> GearCut:
+    """The gear cut by a tool and its blades with the cutter angle of the mean point [rad].
 
-    machine: MachineSettings
-    tool: ToolPose
-    screw: GeneratingScrew
-    cutter_turn: float
-    rotation: float
-
-
-def _setup(pair: PairDimensions, tool: ToolPose, to_back: float | None = None) -> _Setup:
-    """Machine for a tool; `to_back` of a Formate gear, by default for a machine centre at the root apex [m]."""
+    `to_back`: machine centre to back of a Formate gear, by default for a machine centre at the root apex [m].
+    """
     placed = tool.turned(rotation(pair.offset_angle))
     if pair.generation.rolls:
         root = pair.gear.pitch_angle - pair.gear.dedendum_angle
         screw = generating_screw(pair.assembly, share_of_root_angle(pair.assembly, root))
         pose = machine_pose(screw.point, -screw.direction, np.zeros(3), np.array([0.0, 0.0, 1.0]), placed)
-        ratio = -pair.assembly.ratio / screw.rate
-        machine = pose.machine(ratio, -screw.pitch)
-        facing = pose.work_direction
-        return _Setup(machine, placed, screw, pose.cutter_turn, float(np.arctan2(facing[1], facing[0])))
-    # Formate: the machine centre lies on the gear axis
-    x, y, z = tool.axes.T
-    if to_back is None:
-        to_back = -float(tool.centre @ z / z[2])
-    centre = tool.centre + np.array([0.0, 0.0, to_back])
-    machine = MachineSettings(
-        radial_setting=float(np.hypot(centre @ x, centre @ y)),
-        cradle_angle=float(np.arctan2(centre @ y, centre @ x)),
-        machine_root_angle=float(np.arcsin(z[2])),
-        roll_ratio=1.0,
-        sliding_base=-float(centre @ z),
-        machine_centre_to_back=to_back,
-        generation=pair.generation,
-    )
-    return _Setup(machine, placed, generating_screw(pair.assembly, 0.0), 0.0, pair.offset_angle)
-
-
-def _cut(pair: PairDimensions, setup: _Setup, angle: float, blades: tuple[Blade, Blade]) -> GearCut:
-    zero = angle + setup.cutter_turn
-    concave, convex = (CutFlank(blade, setup.machine, pair.gear, zero) for blade in blades)
-    return GearCut(concave, convex, setup.tool, setup.screw, angle, setup.cutter_turn, setup.rotation)
+        machine = pose.machine(-pair.assembly.ratio / screw.rate, -screw.pitch)
+        cutter_turn, facing = pose.cutter_turn, pose.work_direction
+        azimuth = float(np.arctan2(facing[1], facing[0]))
+    else:
+        # Formate: the machine centre lies on the gear axis
+        x, y, z = tool.axes.T
+        if to_back is None:
+            to_back = -float(tool.centre @ z / z[2])
+        centre = tool.centre + np.array([0.0, 0.0, to_back])
+        machine = MachineSettings(
+            radial_setting=float(np.hypot(centre @ x, centre @ y)),
+            cradle_angle=float(np.arctan2(centre @ y, centre @ x)),
+            machine_root_angle=float(np.arcsin(z[2])),
+            roll_ratio=1.0,
+            sliding_base=-float(centre @ z),
+            machine_centre_to_back=to_back,
+            generation=pair.generation,
+        )
+        screw, cutter_turn, azimuth = generating_screw(pair.assembly, 0.0), 0.0, pair.offset_angle
+    concave, convex = (CutFlank(blade, machine, pair.gear, angle + cutter_turn) for blade in blades)
+    return GearCut(concave, convex, placed, screw, angle, cutter_turn, azimuth)
 
 
 def _hobbed(pair: PairDimensions) -> GearCut:
     """Both blades at the reference radius on the pitch plane; the slot follows from their phase."""
     tool, angle = _tool(pair, 0.0)
-    # Formate: the machine centre at the pitch apex
-    setup = _setup(pair, tool, pair.gear.pitch_apex_beyond_crossing)
     index = (pair.blank.blade_groups or 0) / pair.gear.teeth
     blades = []
     for side in FLANK_SIDES:
         # the slot lies between the flanks, symmetric to the azimuth of the mean point
-        rotation = (-0.5 if side == "concave" else 0.5) * pair.hand_gear * pair.slot_angle
+        ahead = (-0.5 if side == "concave" else 0.5) * pair.hand_gear * pair.slot_angle
         blades.append(
             Blade(
                 pair.blank.cutter_radius,
@@ -218,10 +206,11 @@ def _hobbed(pair: PairDimensions) -> GearCut:
                 reference_height=pair.dedendum_gear,
                 groups=pair.blank.blade_groups or 0,
                 offset_angle=pair.hand_gear * pair.lead_angle,
-                phase=-rotation / index,
+                phase=-ahead / index,
             )
         )
-    return _cut(pair, setup, angle, (blades[0], blades[1]))
+    # Formate: the machine centre at the pitch apex
+    return _cut(pair, tool, angle, (blades[0], blades[1]), pair.gear.pitch_apex_beyond_crossing)
 
 
 def _milled(pair: PairDimensions) -> GearCut:
@@ -238,7 +227,7 @@ def _milled(pair: PairDimensions) -> GearCut:
     def cut(x: FloatArray) -> GearCut:
         tool, angle = _tool(pair, float(x[4]))
         blades = Blade(float(x[0]), float(x[2]), "concave"), Blade(float(x[1]), float(x[3]), "convex")
-        return _cut(pair, _setup(pair, tool), angle, blades)
+        return _cut(pair, tool, angle, blades)
 
     def excess(x: FloatArray) -> FloatArray:
         azimuth, spiral, pressure = [], [], []

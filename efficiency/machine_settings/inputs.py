@@ -73,20 +73,16 @@ class FlankTarget(InputModel):
     map: str | None = None
 
     @model_validator(mode="after")
-    def _map_as_it_is(self) -> Self:
-        if self.map is None:
-            return self
-        read_ease_off_map(Path(self.map))
+    def _scaled(self) -> Self:
+        if self.map is not None:
+            read_ease_off_map(Path(self.map))
         if self.transmission_error is not None:
-            allowed = "no value with a map, whose ease-off is not scaled"
-            raise InputError("transmission_error", self.transmission_error, allowed)
-        return self
-
-    @model_validator(mode="after")
-    def _some_relief(self) -> Self:
-        reliefs = self.crowning_toe, self.crowning_heel, self.relief_root, self.relief_tip
-        if self.transmission_error is not None and not max(reliefs):
-            raise InputError("transmission_error", self.transmission_error, "no value if all reliefs are 0")
+            reliefs = self.crowning_toe, self.crowning_heel, self.relief_root, self.relief_tip
+            if self.map is not None:
+                allowed = "no value with a map, whose ease-off is not scaled"
+                raise InputError("transmission_error", self.transmission_error, allowed)
+            if not max(reliefs):
+                raise InputError("transmission_error", self.transmission_error, "no value if all reliefs are 0")
         return self
 
 

@@ -34,20 +34,10 @@ from ehl.common.errors import InputError
 from ehl.common.units import KELVIN
 
 YIELD_RATIO = 1.79
-"""Hertz pressure at first yield of a line contact over the yield stress, Poisson's ratio 0.3."""
+"""Hertz pressure at which a line contact first yields below its surface over the yield stress, Poisson's ratio 0.3."""
 HARDNESS_RATIO = 3.0
 """Hardness over yield stress (Tabor)."""
 _FRICTIONS = np.linspace(0.0, 0.5, 26)
-
-
-def yield_stress(hardness: float) -> float:
-    """Yield stress in tension of a material [Pa] from its hardness (Tabor)."""
-    return hardness / HARDNESS_RATIO
-
-
-def yield_pressure(stress: float) -> float:
-    """Hertz pressure at which a line contact first yields below its surface [Pa]; `stress` is the yield stress."""
-    return YIELD_RATIO * stress
 
 
 def shear_stress(across: FloatArray, depth: FloatArray, friction: float) -> FloatArray:
@@ -150,10 +140,10 @@ def rate_strength(
     worst = int(np.argmax(pressure))
     flank = float(pressure[worst])
     materials = {"pinion": teeth.material_pinion, "gear": teeth.material_gear}
-    soft = yield_stress(min(m.hardness for m in materials.values()))
+    soft = min(m.hardness for m in materials.values()) / HARDNESS_RATIO
     known = np.isfinite(local.friction)
     mu = float(np.max(np.abs(local.friction), where=known, initial=0.0))
-    first, shakes = yield_pressure(soft), float(shakedown_pressure(soft, mu))
+    first, shakes = YIELD_RATIO * soft, float(shakedown_pressure(soft, mu))
     limits = [m.contact_endurance for m in materials.values() if m.contact_endurance is not None]
     endurance = min(limits) if len(limits) == len(materials) else math.nan
     where = flank_place(load, teeth, int(load.loaded_position[worst]), int(load.loaded_index[worst]))

@@ -389,8 +389,6 @@ def _cut_fillets(
     flanks: GearFlanks, member: Member, grid: ToothGrid, radius: float
 ) -> tuple[RootProfile | None, RootProfile | None]:
     """Fillets cut on both sides, with the given radius for cutters without edge radius; None if unavailable."""
-    blank, mate = flanks.blank(member), flanks.blank("gear" if member == "pinion" else "pinion")
-    clearance = max(blank.mean_dedendum - mate.mean_addendum, 0.0)
     cut: list[CutFlank] = []
     for side in grid.sides:
         flank = flanks.of(member)[side]
@@ -403,7 +401,7 @@ def _cut_fillets(
                 return None, None
         cut.append(flank)
     stations = grid.u.shape[1]
-    low, high = (root_profile(flank, stations, clearance) for flank in cut)
+    low, high = (root_profile(flank, stations, flanks.clearance(member)) for flank in cut)
     if (low is None) != (high is None):
         # a slot has one root: if one side is cut to full depth, the other is used as cut
         low, high = (root_profile(flank, stations, np.inf) for flank in cut)

@@ -56,7 +56,6 @@ class RootTooth:
     radius: FloatArray
     chord: FloatArray
     fillet: str  # origin of the fillets, in words
-    unknowns: int  # number of unknowns of one pitch
     winding: float  # angle by which the tooth winds around its axis [rad]
 
     def shares(self, face: FloatArray, height: FloatArray) -> FloatArray:
@@ -159,7 +158,6 @@ def root_tooth(
         np.interp(station, mesh.columns, mesh.radius[side]),
         np.interp(station, mesh.columns, mesh.chord),
         mesh.fillet,
-        3 * int((~held).sum()),
         grid.winding,
     )
 

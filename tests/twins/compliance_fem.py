@@ -22,6 +22,7 @@ from skfem import Basis, BilinearForm, ElementHex2, MeshHex
 from efficiency.contact.gear_flanks import Member
 from efficiency.contact.tooth_grid import ToothGrid, tooth_grid
 from efficiency.design.design import Design, load_design
+from efficiency.ltca.ritz_solid import ORDERS, Orders
 from efficiency.ltca.solid_tooth import SolidTooth, solid_tooth_of
 
 FloatArray = NDArray[np.float64]
@@ -231,7 +232,7 @@ class NinePoints:
         """
         away = ~np.eye(9, dtype=bool)
         largest = np.max(np.where(away, np.abs(self.own), 0.0), axis=0)
-        return np.asarray(((tooth.influence(self.face, self.height) - self.own) / largest)[away])
+        return np.asarray(((influence(tooth, self.face, self.height) - self.own) / largest)[away])
 
 
 def nine_points(design: Design, member: Member, counts: Counts, cells: int) -> NinePoints:
@@ -268,12 +269,23 @@ def nine_points(design: Design, member: Member, counts: Counts, cells: int) -> N
     return NinePoints(face[columns], height, own, ahead, elements.stiffness.shape[0], seconds)
 
 
+def influence(tooth: SolidTooth, face: FloatArray, height: FloatArray) -> FloatArray:
+    """Deflection along the contact normal per unit normal force on one tooth [m/N], (n, n)."""
+    return tooth.influences([(face, height, np.zeros(face.size, np.int64))])[0]
+
+
+def scaled_orders(factor: float) -> Orders:
+    """All orders of the solid tooth times a factor, rounded, at least 2."""
+    tooth, body = (tuple(max(2, round(factor * n)) for n in orders) for orders in (ORDERS.tooth, ORDERS.body))
+    return Orders(tooth, body)
+
+
 def line_load(tooth: SolidTooth) -> FloatArray:
     """Deflection along two lines of contact under their even load: along the middle, and from root to tip [m/N]."""
     face = np.linspace(0.05, 0.95, 121) * tooth.face_width
     lines = []
     for low, high in ((0.5, 0.5), (0.25, 0.95)):
-        matrix = tooth.influence(face, np.linspace(low, high, face.size) * tooth.whole_depth(face))
+        matrix = influence(tooth, face, np.linspace(low, high, face.size) * tooth.whole_depth(face))
         lines.append(matrix.mean(axis=1))
     return np.concatenate(lines)
 
@@ -301,7 +313,7 @@ def main() -> None:
         print(f"{name} {member}: away from the load worst {worst:.1f} %, rms {rms:.1f} %; {points.seconds:.0f} s")
         x = 1e9 * points.own[away]
         axes.loglog(x, x, color="#909090", lw=1)
-        of_solid = solid.influence(points.face, points.height)[away]
+        of_solid = influence(solid, points.face, points.height)[away]
         axes.loglog(x, 1e9 * of_solid, "o", ms=4, color="#1f5a99", label="solid on its ring")
         axes.set(title=f"{name}, {member}", xlabel="finite elements [nm/N]", ylabel="model [nm/N]")
         axes.set(xlim=(0.08, 8.0), ylim=(1e-3, 8.0))

@@ -158,7 +158,6 @@ def test_noise_is_smoothed_and_stated(tmp_path: Path) -> None:
     write_inspection_grid(path, design, "gear", "convex", replace(grid, position=grid.position + noise * grid.normal))
     flank = grid_flank(read_point_grid(path), "convex", cut.blank, "right")
     assert 2e-6 < flank.error < 6e-6
-    assert flank.rms == pytest.approx(1e-6, rel=0.2)
     points, _ = flank.solve(grid.u.ravel(), grid.height.ravel())
     normal = grid.normal.reshape(3, -1)
     off = ((points.position - grid.position.reshape(3, -1)) * normal).sum(axis=0)

@@ -8,7 +8,7 @@ from refusals import refuses
 
 from efficiency.contact.conjugate import ConjugateFlank
 from efficiency.contact.flank_pair import flank_pair
-from efficiency.contact.grid_flank import GridFlank
+from efficiency.contact.grid_flank import SmoothFlank
 from efficiency.cutting.flank import CutFlank, Flank
 from efficiency.design.design import Design, load_design
 from efficiency.output.files import inspection_grid, write_inspection_grid
@@ -182,7 +182,7 @@ def test_pinion_given_by_points(tmp_path: Path) -> None:
     measured = load(tmp_path, pinion_given({"concave": 'grid = "points/concave.csv"', "convex": "ease_off = {}"}))
     at, up = np.array([-8e-3, 0.0, 9e-3]), np.array([0.0, 1e-3, 3e-3])
     flank = measured.flank("pinion", "concave")
-    assert isinstance(flank, GridFlank)
+    assert isinstance(flank, SmoothFlank)
     np.testing.assert_allclose(flank.solve(at, up)[0].position, own.solve(at, up)[0].position, atol=2e-7)
     assert not measured.pinion.completing
     with refuses("pinion.concave.grid"):

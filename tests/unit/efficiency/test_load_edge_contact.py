@@ -10,7 +10,7 @@ from scipy.integrate import quad
 
 from efficiency.ltca.edge_contact import EdgeSection, edge_angle, free_edge_compliance
 from efficiency.ltca.equilibrium import solve_equilibrium
-from efficiency.ltca.load_distribution import LocalCompliance, weber_local
+from efficiency.ltca.load_distribution import LocalApproach, weber_local
 from ehl.material import Material, effective_modulus
 
 
@@ -154,9 +154,10 @@ def test_deep_limit_is_webers_formula() -> None:
 
 @given(load=st.floats(1e-3, 5e6), depth=st.floats(1e-4, 1e-2))
 def test_slope_is_the_derivative_and_the_law_is_concave(load: float, depth: float) -> None:
-    local = LocalCompliance(np.full(3, RADIUS), (np.full(3, depth), np.full(3, 1.3 * depth)), (STEEL, STEEL), MODULUS)
+    depths, one = (np.full(3, depth), np.full(3, 1.3 * depth)), np.ones(3)
+    law = LocalApproach(one, np.full(3, RADIUS), depths, 0.0 * one, np.inf * one, one, (STEEL, STEEL), MODULUS)
     loads = load * np.array([1.0 - 1e-4, 1.0, 1.0 + 1e-4])
-    value, slope = local.approach(loads)
+    value, slope = law(loads)
     assert slope[1] == pytest.approx((value[2] - value[0]) / (loads[2] - loads[0]), rel=1e-6)
     assert slope[0] >= slope[2] > 0.0
     assert value[1] > 0.0

@@ -73,6 +73,8 @@ def pitch_point(spiral_1: float, spiral_2: float, pressure: float) -> MeshGrids:
         face_gear=np.linspace(8e-3, 12e-3, n),
         face_pinion=np.linspace(8e-3, 12e-3, n),
         transmission_error=0.0,
+        lay_pinion=np.zeros(n),
+        lay_gear=np.zeros(n),
     )
     tooth = straight_tooth()
     cycle = tuple(replace(position, pinion_angle=0.1 * k) for k in range(4))

@@ -92,16 +92,17 @@ def straight_line(crowded: ElasticPosition, points: int = 9) -> ElasticPosition:
     }
     one |= {"length": np.full(points, 2e-3), "gap": np.zeros(points)}
     position = replace(at, edge=None, **one)
-    depths = tuple(np.repeat(depth[k : k + 1], points) for depth in crowded.local.depths)
-    local = replace(crowded.local, radius_equivalent=one["radius_equivalent"], depths=depths)
-    zero = np.zeros(points)
-    return ElasticPosition(position, np.zeros((points, points)), local, zero, zero + 1.0)
+    law, zero = crowded.approach, np.zeros(points)
+    depths = tuple(np.repeat(depth[k : k + 1], points) for depth in law.depths)
+    edge = {"free_edge": zero, "edge_distance": zero + np.inf, "rounding": zero + 1.0}
+    law = replace(law, length=position.length, radius_equivalent=position.radius_equivalent, depths=depths, **edge)
+    return ElasticPosition(position, np.zeros((points, points)), law)
 
 
 def test_hertz_limit_is_exact(crowded: ElasticPosition, geared: Mesh) -> None:
     """A single straight line of rigid teeth: even load, Hertz pressure and width, Weber's approach."""
     line, torque = straight_line(crowded), 100.0
-    at, modulus = line.position, line.local.effective_modulus
+    at, modulus = line.position, line.approach.effective_modulus
     load = distribute_load([line], geared.grids.teeth, torque).positions[0]
     even = torque / float(at.lever_pinion[0]) / (at.length.sum())
     np.testing.assert_allclose(load.load_per_length, even, rtol=1e-12)
@@ -112,7 +113,7 @@ def test_hertz_limit_is_exact(crowded: ElasticPosition, geared: Mesh) -> None:
     np.testing.assert_array_equal(load.pressure_max, load.pressure_hertz)
     approach = sum(
         float(weber_local(even, half_width, depth[0], material.youngs_modulus, material.poisson_ratio))
-        for depth, material in zip(line.local.depths, line.local.materials, strict=True)
+        for depth, material in zip(line.approach.depths, line.approach.materials, strict=True)
     )
     assert load.approach * at.lever_pinion[0] == pytest.approx(approach, rel=1e-11)
 
@@ -126,8 +127,12 @@ def test_rigid_teeth_keep_the_unloaded_transmission_error(geared: Mesh) -> None:
         replace(
             p,
             bending=1e-6 * p.bending,
-            local=replace(p.local, materials=rigid, effective_modulus=1e6 * p.local.effective_modulus),
-            free_edge=1e-6 * p.free_edge,
+            approach=replace(
+                p.approach,
+                materials=rigid,
+                effective_modulus=1e6 * p.approach.effective_modulus,
+                free_edge=1e-6 * p.approach.free_edge,
+            ),
         )
         for p in geared.grids.elastic_fine
     ]
@@ -167,7 +172,9 @@ def test_light_loads_get_all_points_of_their_lines(geared: Mesh) -> None:
     assert nominal.mesh is geared.grids
     assert light.mesh is not geared.grids
     loaded = [np.count_nonzero(p.force) for p in light.fine.positions]
-    before = [np.count_nonzero(p.force) for p in distribute_load(geared.grids.fine, geared.grids.teeth, 1.0).positions]
+    before = [
+        np.count_nonzero(p.force) for p in distribute_load(geared.grids.elastic_fine, geared.grids.teeth, 1.0).positions
+    ]
     assert min(loaded) >= 6
     assert np.mean(loaded) > 2.5 * np.mean(before)
     # torques near each other share their lines
@@ -213,13 +220,14 @@ def test_edge_load_is_told_with_its_interval(load: LoadDistribution, geared: Mes
             edge_rounding_pinion=factor * teeth.edge_rounding_pinion,
             edge_rounding_gear=factor * teeth.edge_rounding_gear,
         )
-        pressure = edge_load(distribute_load(geared.grids.fine, other, 300.0), other).pressure
+        pressure = edge_load(distribute_load(elastic_cycle(geared.grids.fine, other), other, 300.0), other).pressure
         assert pressure == pytest.approx(edges.pressure_upper if factor < 1.0 else edges.pressure_lower, rel=0.1)
 
 
 def test_edges_relieve_the_line_ends(load: LoadDistribution, geared: Mesh) -> None:
     """Without edges the ends of the lines carry what edges take; the lag hardly changes."""
-    lines = distribute_load(mesh_cycle(geared.flanks.surface, 8, 15), geared.grids.teeth, 300.0)
+    teeth = geared.grids.teeth
+    lines = distribute_load(elastic_cycle(mesh_cycle(geared.flanks.surface, 8, 15), teeth), teeth, 300.0)
     assert lines.pressure_hertz_max > 1.02 * load.pressure_hertz_max
     np.testing.assert_allclose(load.transmission_error, lines.transmission_error, rtol=0.05)
 
@@ -232,7 +240,7 @@ def test_vanishing_force_on_an_edge(geared: Mesh, load: LoadDistribution, tiny: 
         assert edge is not None
         force = np.where(edge.touching, tiny, 1.0)
         at = np.array([p.approach]), np.array([p.transmission_error])
-        (changed,) = loads_of_forces([elastic], elastic.approach, force, *at, [p.equilibrium])
+        (changed,) = loads_of_forces([elastic.position], elastic.approach, force, *at, [p.equilibrium])
         for values in (changed.pressure_max, changed.half_width):
             assert np.isfinite(values).all()
             assert values[edge.touching].max(initial=0.0) < 1e-80 * values.max()

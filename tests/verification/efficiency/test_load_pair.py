@@ -13,7 +13,7 @@ from efficiency.loss.closed_form import coleman_type, profile_contact_ratio
 from efficiency.loss.efficiency import LoadedGrids, load_grids, mesh_efficiency
 from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.kinematics import Operation
-from efficiency.ltca.load_distribution import distribute_load
+from efficiency.ltca.load_distribution import distribute_load, elastic_cycle
 from efficiency.mesh import Mesh
 from ehl.fluid.oil import Oil
 from regression.formula import friction_model
@@ -132,7 +132,7 @@ def test_light_load_is_hertz_point_contact() -> None:
     """
     mesh = Mesh.of(DESIGN, "drive", 4, 201, keep=True).grids
     position, teeth = mesh.fine[0], mesh.teeth
-    load = distribute_load((position,), teeth, 5.0).positions[0]
+    load = distribute_load(elastic_cycle((position,), teeth), teeth, 5.0).positions[0]
     at = np.flatnonzero(position.pair == 0)
     along, gap = np.cumsum(position.length[at]), position.gap[at]
     closest = int(np.argmin(gap))

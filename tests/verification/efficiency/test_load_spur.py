@@ -12,7 +12,13 @@ from efficiency.contact.contact_lines import MeshPosition
 from efficiency.cylindrical_gears.contact_lines import cylindrical_tooth, mesh_cycle, mesh_position
 from efficiency.loss.kinematics import LoadedPoints, Operation, loaded_points
 from efficiency.loss.power_loss import efficiency_of, position_losses
-from efficiency.ltca.load_distribution import LoadDistribution, PositionLoad, TeethElasticity, distribute_load
+from efficiency.ltca.load_distribution import (
+    LoadDistribution,
+    PositionLoad,
+    TeethElasticity,
+    distribute_load,
+    elastic_cycle,
+)
 from efficiency.ltca.solid_tooth import SolidTooth
 from ehl.material import Material
 
@@ -33,7 +39,7 @@ TEETH = TeethElasticity(tooth(0), tooth(1), STEEL, STEEL)
 
 
 def loaded(position: MeshPosition, torque: float = TORQUE) -> PositionLoad:
-    return distribute_load((position,), TEETH, torque).positions[0]
+    return distribute_load(elastic_cycle((position,), TEETH), TEETH, torque).positions[0]
 
 
 def position(tilt: float = 0.0) -> MeshPosition:
@@ -44,7 +50,7 @@ def position(tilt: float = 0.0) -> MeshPosition:
 
 @pytest.fixture(scope="module")
 def load() -> LoadDistribution:
-    return distribute_load(mesh_cycle(INVOLUTE, 24, 15, np.zeros_like), TEETH, TORQUE)
+    return distribute_load(elastic_cycle(mesh_cycle(INVOLUTE, 24, 15, np.zeros_like), TEETH), TEETH, TORQUE)
 
 
 def points_of(load: LoadDistribution) -> LoadedPoints:
