@@ -29,12 +29,12 @@ from regression.friction.network import DIGITS, FILM_PART, FILM_POWER, INPUTS, N
 Single = NDArray[np.float32]
 Number = TypeVar("Number", bound=np.generic)
 
-MEMBERS, UNITS_OF_A_LAYER = 3, 36
-_STEPS = (500, 2000)  # as many as there are cases, within these limits
+MEMBERS, UNITS_OF_A_LAYER = 3, 44
+_STEPS = (500, 4000)  # as many as there are cases, within these limits
 _BLOCK = 1024  # cases of a block whose units fit into the cache
 _DIGITS = 6  # decimals of means and scales
 # tuned on the shipped oils for points that were not fitted and contacts along gear meshes
-_DECAY = 1.0  # weight decay of a dataset, divided by its number of cases
+_DECAY = 0.5  # weight decay of a dataset, divided by its number of cases
 _SCATTER = 0.08  # standard deviation of ln mu that is added to the error of a case
 _WEIGHT_OF_PARTS = 0.5
 # tuned on each shipped oil with networks of the others and 32 to 1280 of its contacts (docs/friction_formula.md)

@@ -20,14 +20,14 @@ from regression.friction.data_cloud import CloudDistance, data_cloud
 from regression.friction.families import FAMILIES, Family
 from regression.friction.fitted import FittedFormula
 
-FOLDS = 10
+FOLDS, FOLDS_OF_MANY, MANY = 10, 5, 4000  # the second number from so many rows on
 _INNER_FOLDS = 5
 # cache of fits with their held-out friction, for reports and for formulas of several oils
 _KEPT: dict[tuple[str, bool, bool, bytes], tuple[FittedForm, HeldOut]] = {}
 _MAX_KEPT = 32
 # networks of other oils that are tuned to few contacts: their formula, the number of contacts from which on a fit has
 # networks of its own, and the mean error of ln mu up to which they are tuned
-TUNED, OWN_NETWORKS, TUNABLE = "gear", 4000, 0.25
+TUNED, OWN_NETWORKS, TUNABLE = "gear", MANY, 0.25
 _CELLS = 4  # cells per axis of the (p, R) groups
 # closed form, the rows it was fitted to, rows that were held out
 HeldTask = tuple[FittedForm, pd.DataFrame, pd.DataFrame]
@@ -58,10 +58,11 @@ def cell_groups(frame: pd.DataFrame) -> NDArray[np.int64]:
     return groups
 
 
-def fold_numbers(frame: pd.DataFrame, count: int = FOLDS) -> NDArray[np.int64]:
+def fold_numbers(frame: pd.DataFrame, count: int | None = None) -> NDArray[np.int64]:
     """Fold of every row from whole cells of `cell_groups`; with fewer than two cells from alternating rows."""
     from sklearn.model_selection import GroupKFold
 
+    count = count or (FOLDS if len(frame) < MANY else FOLDS_OF_MANY)
     groups = cell_groups(frame)
     count = min(count, np.unique(groups).size)
     if count < 2:
