@@ -264,7 +264,6 @@ class SurfaceInput(InputModel):
             "unit_height": self.profile_unit_height,
             "detrend": self.detrend,
             "cutoff_long": self.cutoff_long,
-            "peklenik_number": self.peklenik_number,
         }
 
     @property

@@ -108,7 +108,6 @@ def _split_generated(
         seed,
         cutoff=cutoff,
         hurst=surface.hurst,
-        peklenik_number=surface.peklenik_number,
     )
     return profile, rms * math.sqrt(left_out), slope
 
@@ -141,9 +140,6 @@ def _split_measured(path: str, surface: SurfaceInput, cutoff: float) -> tuple[Ro
     return profile, float(np.std(fine)), float(np.std(np.diff(fine))) / spacing
 
 
-RUNNING_IN = "running-in"  # prefix of its notes
-
-
 def worn(profile: RoughProfile, rms: float) -> RoughProfile:
     """The profile with its peaks worn to plateaus at one height; the valleys remain.
 
@@ -163,8 +159,8 @@ def worn(profile: RoughProfile, rms: float) -> RoughProfile:
     level = float(brentq(lambda c: float(np.std(np.minimum(profile.heights, c))) - rms, low, high, xtol=1e-15))
     heights = np.minimum(profile.heights, level)
     depths = [f"{1e9 * depth:.0f} nm" for depth in (high - level, float(np.mean(profile.heights - heights)))]
-    note = f"{RUNNING_IN}: peaks worn by up to {depths[0]}, {depths[1]} in the mean"
-    return profile.changed(heights, note)
+    note = f"running-in: peaks worn by up to {depths[0]}, {depths[1]} in the mean"
+    return RoughProfile.of(heights, profile.spacing, cutoff=profile.cutoff, source=profile.source, notes=(note,))
 
 
 # tuned with validation/mixed_shortcuts.py: shortest wave of a self-affine profile over lc; shorter ones change mu by
@@ -262,7 +258,6 @@ def rough_surfaces(surface: SurfaceInput, contact: LineContact) -> RoughSurfaces
                     kurtosis=surface.kurtosis,
                     cutoff=_cutoff(surface),
                     hurst=surface.hurst,
-                    peklenik_number=surface.peklenik_number,
                 )
             )
         else:
@@ -380,8 +375,8 @@ def _on_finer_mesh(
 
 def _with_profile_notes(result: TransientResult, surfaces: RoughSurfaces) -> TransientResult:
     """The result with the notes of the profiles on running-in."""
-    found = [note for profile in surfaces.profiles for note in profile.notes if note.startswith(RUNNING_IN)]
-    return replace(result, notes=(*result.notes, *dict.fromkeys(found))) if found else result
+    found = dict.fromkeys(note for profile in surfaces.profiles for note in profile.notes)
+    return replace(result, notes=(*result.notes, *found))
 
 
 def _with_subgrid_film(problem: ContactProblem, smooth: SmoothFriction, common: dict[str, Any]) -> TransientResult:

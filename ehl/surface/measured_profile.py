@@ -2,7 +2,6 @@
 
 import math
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import scipy
@@ -65,9 +64,6 @@ def prepared_profile(
     cutoff_long: float | None,
     cutoff_short: float,
     detrend_order: int = 2,
-    peklenik_number: float = 1.0,
-    source: str = "measured",
-    notes: tuple[str, ...] = (),
 ) -> RoughProfile:
     """Level, filter and resample a measured profile, and join its ends over a tenth of the length.
 
@@ -77,7 +73,6 @@ def prepared_profile(
     cutoff_long: lambda_c: longer waves (form and waviness) are removed [m]; None keeps them.
     cutoff_short: lambda_s: shorter waves are removed [m].
     detrend_order: order of the polynomial that is subtracted first.
-    peklenik_number, source, notes: copied to the result.
     Raises `InputError`: a cut-off is out of range for the length and the spacing of the profile.
     """
     step, length = float(x[1] - x[0]), float(x[-1] - x[0])
@@ -85,13 +80,9 @@ def prepared_profile(
         raise InputError("cutoff_short", cutoff_short, f"{2 * step:.3g} to {length / 8:.3g} m for this profile")
     if cutoff_long is not None and not 2.0 * cutoff_short <= cutoff_long <= length:
         raise InputError("cutoff_long", cutoff_long, f"{2 * cutoff_short:.3g} to {length:.3g} m for this profile")
-    level = detrended(heights, detrend_order)
-    done = [*notes, f"detrended (order {detrend_order})"]
-    kept = gaussian_mean_line(level, step, cutoff_short)
-    done.append(f"Gaussian filter, short cut-off {cutoff_short:.3g} m")
+    kept = gaussian_mean_line(detrended(heights, detrend_order), step, cutoff_short)
     if cutoff_long is not None:
         kept = kept - gaussian_mean_line(kept, step, cutoff_long)
-        done.append(f"Gaussian filter, long cut-off {cutoff_long:.3g} m")
     kept = kept - np.mean(kept)
     target = max(step, cutoff_short / 5.0)
     if abs(target / step - 1.0) > 1e-6:
@@ -99,16 +90,7 @@ def prepared_profile(
         place = np.minimum(np.arange(0.0, ends * (1.0 + 1e-12), target), ends)
         kept = scipy.interpolate.CubicSpline(step * np.arange(len(kept)), kept)(place)
         kept, step = kept - np.mean(kept), target
-        done.append(f"resampled to {step:.4g} m")
-    done.append("ends joined over a tenth of the length")
-    return RoughProfile.of(
-        joined_ends(kept, len(kept) // 10),
-        step,
-        cutoff=cutoff_short,
-        peklenik_number=peklenik_number,
-        source=source,
-        notes=tuple(done),
-    )
+    return RoughProfile.of(joined_ends(kept, len(kept) // 10), step, cutoff=cutoff_short)
 
 
 def profile_points(
@@ -163,12 +145,14 @@ def require_plausible(name: str, step: float, heights: FloatArray, unit: str) ->
 
 
 def load_profile(
-    path: str | Path, *, unit_x: str = "", unit_height: str = "", detrend: int = 2, **preparation: Any
+    path: str | Path,
+    *,
+    cutoff_long: float | None,
+    cutoff_short: float,
+    unit_x: str = "",
+    unit_height: str = "",
+    detrend: int = 2,
 ) -> RoughProfile:
-    """A measured profile from a text or instrument file (`read_heights`), checked and prepared.
-
-    preparation: cut-offs and other parameters of `prepared_profile`.
-    """
-    found, heights, notes = profile_points(path, unit_x=unit_x, unit_height=unit_height)
-    source = f"measured: {Path(path).name}"
-    return prepared_profile(found.x, heights, detrend_order=detrend, source=source, notes=notes, **preparation)
+    """A measured profile from a text or instrument file (`read_heights`), checked and prepared (`prepared_profile`)."""
+    found, heights, _ = profile_points(path, unit_x=unit_x, unit_height=unit_height)
+    return prepared_profile(found.x, heights, cutoff_long=cutoff_long, cutoff_short=cutoff_short, detrend_order=detrend)

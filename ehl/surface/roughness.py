@@ -9,7 +9,6 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 import scipy
@@ -127,10 +126,8 @@ class RoughProfile:
     correlation_length: lag at which the autocorrelation first falls to 1/e [m], lc of the ACF exp(-(x/lc)^2); nan for a
         flat profile.
     cutoff: shortest wavelength [m].
-    peklenik_number: correlation length along y over that along x [-], an input that a line profile does not show.
-    seed: seed of a generated profile.
-    source: origin of the profile.
-    notes: processing steps.
+    source: "generated" or "measured".
+    notes: changes by running-in.
     """
 
     heights: FloatArray
@@ -140,24 +137,25 @@ class RoughProfile:
     kurtosis: float
     correlation_length: float
     cutoff: float
-    peklenik_number: float = 1.0
-    seed: int | None = None
-    source: str = ""
+    source: str = "measured"
     notes: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, heights: FloatArray, spacing: float, *, cutoff: float, **others: Any) -> RoughProfile:
-        """Profile from its heights, whose mean is subtracted; `others` are further fields."""
+    def of(
+        cls,
+        heights: FloatArray,
+        spacing: float,
+        *,
+        cutoff: float,
+        source: str = "measured",
+        notes: tuple[str, ...] = (),
+    ) -> RoughProfile:
+        """Profile from its heights, whose mean is subtracted."""
         z = np.asarray(heights, dtype=float) - np.mean(heights)
         z.setflags(write=False)
         rms, skewness, kurtosis = moments(z)
         lc = measured_correlation_length(z, spacing)
-        return cls(z, float(spacing), rms, skewness, kurtosis, lc, float(cutoff), **others)
-
-    def changed(self, heights: FloatArray, note: str) -> RoughProfile:
-        """Other heights of this profile, with a note."""
-        same: dict[str, Any] = {name: getattr(self, name) for name in ("cutoff", "peklenik_number", "seed", "source")}
-        return RoughProfile.of(heights, self.spacing, **same, notes=(*self.notes, note))
+        return cls(z, float(spacing), rms, skewness, kurtosis, lc, float(cutoff), source, notes)
 
     @property
     def length(self) -> float:
@@ -217,7 +215,6 @@ def generate_profile(
     kurtosis: float = 3.0,
     cutoff: float | None = None,
     hurst: float | None = None,
-    peklenik_number: float = 1.0,
 ) -> RoughProfile:
     """Periodic, band-limited random profile with the autocorrelation exp(-(x/lc)^2), or a self-affine one.
 
@@ -234,7 +231,6 @@ def generate_profile(
     cutoff: shortest wavelength [m]; default: 2 pi lc/3.5.
     hurst: Hurst exponent H of a self-affine profile, 0 < H < 1, with a spectrum that is flat below the roll-off and
         decreases as k^-(1 + 2 H) above it (`SelfAffine`); default: the Gaussian autocorrelation.
-    peklenik_number: lay of the surface, copied to the result [-].
     Returns profile with its statistics.
     Raises `InputError`: a value is out of range, the spacing does not resolve the cut-off, or no distribution has such
         moments.
@@ -264,9 +260,6 @@ def generate_profile(
     heights = rms * heights
     heights.setflags(write=False)
     _, measured_skewness, measured_kurtosis = moments(fine)
-    spectrum = f"ACF exp(-(x/{correlation_length:g} m)^2)"
-    if hurst is not None:
-        spectrum = f"self-affine, H {hurst:g}, correlation length {correlation_length:g} m"
     return RoughProfile(
         heights,
         length / count,
@@ -275,9 +268,7 @@ def generate_profile(
         measured_kurtosis,
         measured_correlation_length(fine, length / len(fine)),
         shortest,
-        peklenik_number=peklenik_number,
-        seed=int(seed),
-        source=f"generated: {spectrum}, skewness {skewness:g}, kurtosis {kurtosis:g}",
+        source="generated",
     )
 
 

@@ -173,7 +173,7 @@ def _heights(axes: Axes, profiles: list[tuple[int, RoughProfile]], b: float) -> 
             f"surface {i + 1}: Rq {profile.rms * 1e6:.3g} µm, "
             f"correlation length {profile.correlation_length * 1e6:.3g} µm, "
             f"skewness {profile.skewness:.2f}, kurtosis {profile.kurtosis:.2f}, "
-            f"cut-off {profile.cutoff * 1e6:.3g} µm ({profile.source.split(':')[0]})"
+            f"cut-off {profile.cutoff * 1e6:.3g} µm ({profile.source})"
         )
         ticks += [value - row * apart for value in (-mark, 0.0, mark)]
         labels += [f"{-mark:g}", "0", f"{mark:g}"]

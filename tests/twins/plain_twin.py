@@ -67,8 +67,8 @@ class PlainTwin:
         film = contact.film_moes(self.lubricant)
         inlet, outlet = solved_length(contact, film)
         dx = (outlet - inlet) * b / self.nodes
-        period = self.surfaces.profiles[0].length if self.surfaces.profiles else None
-        if period is not None:
+        if self.surfaces.profiles:
+            period = self.surfaces.profiles[0].length
             dx = period / math.ceil(period / dx)  # as the engine, so that both see one profile at one resolution
         self.dx = dx
         inlet, outlet = rough_length(contact, film, self.surfaces.rms)
