@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 from efficiency.loss.kinematics import Driver, LoadedPoints, Operation
 from efficiency.loss.lubrication import LocalLubrication
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     import pandas
 
     from efficiency.ltca.shaft_forces import MeshForces
-    from efficiency.mesh import LoadedMesh
     from efficiency.strength.result import Strength
 
 
@@ -44,6 +43,24 @@ Reason = Literal[
     "friction_not_converged",
     "friction_undefined",
 ]
+
+
+class ResultSource(Protocol):
+    """The loaded mesh of a result, which computes further results at the same operating point."""
+
+    @property
+    def design(self) -> Any:
+        """The design of the pair, including misalignments."""
+
+    @property
+    def has_strength(self) -> bool:
+        """Whether the strength of the teeth can be rated."""
+
+    def forces(self, result: EfficiencyResult) -> MeshForces:
+        """Mesh stiffness and shaft forces over the mesh cycle."""
+
+    def strength_of(self, result: EfficiencyResult) -> Strength:
+        """Strength of the teeth."""
 
 
 @dataclass(frozen=True)
@@ -169,7 +186,7 @@ class ResultCase:
     model: FrictionModel
     operation: Operation
     card: Oil
-    mesh: LoadedMesh | None = None
+    mesh: ResultSource | None = None
 
 
 @dataclass(frozen=True, repr=False)
