@@ -5,10 +5,10 @@
     python validation/shipped_formulas.py 75w90 --check  # tables alone
 
 The plans `gear`, `gear_mesh`, `gear_film`, `gear_fast`, `gear_uncertain`, `gear_noise` and
-`gear_paths` are solved for each oil, 3752 contacts or half an hour of processor time; results go to data/datasets and
+`gear_paths` are solved for each oil, 4552 contacts or 40 minutes of processor time; results go to data/datasets and
 formulas to data/formulas. The last two check, the others are fitted.
 Without names all shipped oils are meant. A sweep is resumed from its folder in validation/out/sweeps; the fits take
-about twenty minutes of two cores.
+25 minutes of two cores.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
 """A formula as a Fortran 2008 module."""
 
 from collections.abc import Mapping, Sequence
+from decimal import Decimal
 from typing import ClassVar
 
 from regression.export.printer import ATOM, LIBRARY, LINE, Printer, assignments, broken, commented, number_rows, packed
@@ -36,22 +37,32 @@ _DIGITS = "".join(chr(code) for code in range(35, 125) if chr(code) != "\\")
 _BASE = len(_DIGITS)
 
 
-def _as_text(name: str, rows: Sequence[Sequence[float]], size: int) -> list[str]:
-    """A constant from a text with `size` digits for each number."""
-    places, zero = [_BASE**power for power in reversed(range(size))], _BASE**size // 2
-    text = "".join(_DIGITS[(int(number) + zero) // place % _BASE] for row in rows for number in row for place in places)
-    width, shape = LINE - 9, f"{len(rows[0])}, {len(rows)}"
+def _as_text(name: str, rows: Sequence[Sequence[float]], decimals: int, size: int) -> list[str]:
+    """A constant from a text with `size` digits for each number, which is whole in its last decimal."""
+    places, zero, unit = [_BASE**power for power in reversed(range(size))], _BASE**size // 2, 10**decimals
+    numbers = [round(number * unit) + zero for row in rows for number in row]
+    text = "".join(_DIGITS[number // place % _BASE] for number in numbers for place in places)
+    width, shape = LINE - 2, f"{len(rows[0])}, {len(rows)}"
     parts = [text[k : k + width] for k in range(0, len(text), width)]
+    at = ["i:i", *(f"i + {k}:i + {k}" for k in range(1, size))]
     terms = [
-        f"{place} * index(digits, {name}_text(i + {k}:i + {k}))".removeprefix("1 * ") for k, place in enumerate(places)
+        f"{place} * index(digits, {name}_text({k}))".removeprefix("1 * ") for place, k in zip(places, at, strict=True)
     ]
-    formula = f"{' + '.join(terms)} - {zero + sum(places)}, i = 1, len({name}_text), {size}"
+    formula = f"{' + '.join(terms)} - {zero + sum(places)}"
+    if decimals:
+        formula = f"({formula}) / {unit}.0_dp"
+    values = f"reshape([({formula}, i = 1, len({name}_text), {size})], [{shape}])"
+    kind = "real(dp)" if decimals else "integer"
     return [
         f"  character(*), parameter :: {name}_text = &",
-        *(f'    "{part}" // &' for part in parts[:-1]),
-        f'    "{parts[-1]}"',
-        broken(f"integer, parameter :: {name}({shape}) = reshape([({formula})], [{shape}])", "  ", end=" &"),
+        '"' + "&\n&".join(parts) + '"',
+        broken(f"{kind}, parameter :: {name}({shape}) = {values}", "  ", end=" &"),
     ]
+
+
+def _decimals(number: float) -> int:
+    """Decimals of a number as it is written."""
+    return 0 if number == int(number) else max(0, -int(Decimal(str(number)).as_tuple().exponent))
 
 
 def _stored_rows(program: Program) -> list[str]:
@@ -59,15 +70,15 @@ def _stored_rows(program: Program) -> list[str]:
     lines = ["  integer :: i", f'  character(*), parameter :: digits = "{_DIGITS}"']
     for function in program.data_functions:
         for array, rows in function.arrays.items():
-            name, largest = f"{function.name}_{array}", max(abs(number) for row in rows for number in row)
-            size = next((size for size in (2, 3) if largest < _BASE**size // 2), None)
-            if isinstance(rows[0][0], int) and size is not None:
-                lines += _as_text(name, rows, size)
+            name, numbers = f"{function.name}_{array}", [number for row in rows for number in row]
+            decimals = max(_decimals(number) for number in numbers)
+            largest = max(abs(number) for number in numbers) * 10**decimals
+            size = next((size for size in (2, 3, 4) if largest < _BASE**size // 2), None)
+            if size is not None:
+                lines += _as_text(name, rows, decimals, size)
                 continue
-            kind, mark = ("integer", "") if isinstance(rows[0][0], int) else ("real(dp)", "_dp")
-            lines.append(f"  {kind}, save :: {name}({len(rows[0])}, {len(rows)})")
-            numbers = number_rows([[number for row in rows for number in row]], "    ", "//", mark, LINE)
-            lines += [f"  data {name} &", numbers.replace("\n", " &\n")]
+            lines += [f"  real(dp), save :: {name}({len(rows[0])}, {len(rows)})", f"  data {name} &"]
+            lines.append(number_rows([numbers], "    ", "//", "_dp", LINE).replace("\n", " &\n"))
     return lines if len(lines) > 2 else []
 
 

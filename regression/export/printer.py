@@ -125,7 +125,7 @@ class Printer:
 
 
 LINE = 130  # characters; two more mark a line that goes on
-_TABLE_LINE = 250  # of stored numbers, in languages without a limit
+_TABLE_LINE = 700  # of numbers: a row of the networks is one line
 # functions with the same name in C, Fortran and MATLAB; maximum and minimum propagate NaN as in numpy
 LIBRARY = {
     "absolute": "abs",
