@@ -4,7 +4,7 @@ import hashlib
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -118,31 +118,34 @@ def settings_of(problem: SearchProblem, values: Mapping[str, float], name: str =
 
 def evaluate(task: EvaluationTask) -> Evaluation:
     """Figures of a point, or the reason of failure."""
-    clock = time.perf_counter()
-    found = Evaluation(task.key, task.values)
+    clock, found = time.perf_counter(), dict[str, Any]()
     try:
-        made = settings_of(task.problem, task.values)
-        if made.status not in ("converged", task.accepted):
-            reason = f"{made.status}: {next(iter(made.warnings), '')}"
-            return replace(found, reason=reason, seconds=time.perf_counter() - clock)
+        made = _cut(task, targets_of(task.problem, task.values))
         pair = task.pair(made.design)
         if task.solved:
             results = duty_results(pair, task.problem, task.problem.states[0], task.grid, task.solved)
-            solved = _mean_loss(task.problem, results)
-            return replace(found, solved=solved, seconds=time.perf_counter() - clock)
-        figures = over_states(
-            [state_figures(p, task.problem, s, task.grid) for p, s in _made(task, pair)], task.problem
-        )
-        missing = [name for name, value in figures.items() if not math.isfinite(value)]
-        if missing and task.values:  # for the start the caller reports missing figures
-            reason = f"no_data: no {', '.join(missing)}{missing_roots(pair, task.problem)}"
-            return replace(found, reason=reason, seconds=time.perf_counter() - clock)
-        losses = loss_interval(pair, task) if task.interval else {}
-    except (ConvergenceError, InputError) as error:
-        reason = f"{error.reason}: {error.detail}" if isinstance(error, ConvergenceError) else str(error)
-        return replace(found, reason=reason, seconds=time.perf_counter() - clock)
-    seconds = time.perf_counter() - clock
-    return replace(found, figures=figures, notes=made.warnings, losses=losses, seconds=seconds)
+            found["solved"] = _mean_loss(task.problem, results)
+        else:
+            each = [state_figures(p, task.problem, s, task.grid) for p, s in _made(task, pair)]
+            figures = over_states(each, task.problem)
+            missing = [name for name, value in figures.items() if not math.isfinite(value)]
+            if missing and task.values:  # for the start the caller reports missing figures
+                raise ConvergenceError("no_data", f"no {', '.join(missing)}{missing_roots(pair, task.problem)}")
+            losses = loss_interval(pair, task) if task.interval else {}
+            found |= {"figures": figures, "notes": made.warnings, "losses": losses}
+    except ConvergenceError as error:
+        found["reason"] = f"{error.reason}: {error.detail}"
+    except InputError as error:
+        found["reason"] = str(error)
+    return Evaluation(task.key, task.values, **found, seconds=time.perf_counter() - clock)
+
+
+def _cut(task: EvaluationTask, inputs: SettingsInput, state: str = "") -> SettingsResult:
+    """Machine settings of targets; `ConvergenceError` with the `state` unless their status is accepted."""
+    made = machine_settings(inputs, transmission=False)
+    if made.status not in ("converged", task.accepted):
+        raise ConvergenceError(made.status, f"{state}{next(iter(made.warnings), '')}")
+    return made
 
 
 @lru_cache(maxsize=2)
@@ -159,10 +162,7 @@ def _made(task: EvaluationTask, pair: GearPair) -> Iterator[tuple[GearPair, dict
         if inputs is designed:
             yield pair, state
             continue
-        made = machine_settings(inputs, transmission=False)
-        if made.status not in ("converged", task.accepted):
-            raise ConvergenceError(made.status, f"{state_text(state)}: {next(iter(made.warnings), '')}")
-        yield task.pair(made.design), state
+        yield task.pair(_cut(task, inputs, f"{state_text(state)}: ").design), state
 
 
 def missing_roots(pair: GearPair, problem: SearchProblem) -> str:
