@@ -42,8 +42,8 @@ def _as_text(name: str, rows: Sequence[Sequence[float]], decimals: int, size: in
     places, zero, unit = [_BASE**power for power in reversed(range(size))], _BASE**size // 2, 10**decimals
     numbers = [round(number * unit) + zero for row in rows for number in row]
     text = "".join(_DIGITS[number // place % _BASE] for number in numbers for place in places)
-    width, shape = LINE - 2, f"{len(rows[0])}, {len(rows)}"
-    parts = [text[k : k + width] for k in range(0, len(text), width)]
+    shape, text = f"{len(rows[0])}, {len(rows)}", f'  character(*), parameter :: {name}_text = "{text}"'
+    parts = [text[max(k, 0) : k + LINE - 2] for k in range(-1, len(text), LINE - 2)]
     at = ["i:i", *(f"i + {k}:i + {k}" for k in range(1, size))]
     terms = [
         f"{place} * index(digits, {name}_text({k}))".removeprefix("1 * ") for place, k in zip(places, at, strict=True)
@@ -54,8 +54,7 @@ def _as_text(name: str, rows: Sequence[Sequence[float]], decimals: int, size: in
     values = f"reshape([({formula}, i = 1, len({name}_text), {size})], [{shape}])"
     kind = "real(dp)" if decimals else "integer"
     return [
-        f"  character(*), parameter :: {name}_text = &",
-        '"' + "&\n&".join(parts) + '"',
+        "&\n&".join(parts),
         broken(f"{kind}, parameter :: {name}({shape}) = {values}", "  ", end=" &"),
     ]
 
@@ -110,10 +109,9 @@ def fortran_text(program: Program, name: str) -> str:
     for operation, (helper, sign) in _HELPERS.items():
         if operation in program.operations:
             lines += [
-                f"  elemental function {helper}(a, b) result(c)",
+                f"  elemental real(dp) function {helper}(a, b)",
                 "    real(dp), intent(in) :: a, b",
-                "    real(dp) :: c",
-                f"    c = merge(a, b, a {sign} b .or. ieee_is_nan(a))",
+                f"    {helper} = merge(a, b, a {sign} b .or. ieee_is_nan(a))",
                 f"  end function {helper}",
             ]
     lines += [function.loop(".f90").removesuffix("\n") for function in program.data_functions]
