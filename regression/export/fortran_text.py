@@ -114,6 +114,6 @@ def fortran_text(program: Program, name: str) -> str:
                 f"    {helper} = merge(a, b, a {sign} b .or. ieee_is_nan(a))",
                 f"  end function {helper}",
             ]
-    lines += [function.loop(".f90").removesuffix("\n") for function in program.data_functions]
+    lines += [function.loop(".f90").strip("\n") for function in program.data_functions]
     lines += [f"end module {name}_formula", ""]
     return "\n".join(lines)

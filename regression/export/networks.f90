@@ -4,8 +4,7 @@
     integer :: m
     reach = FADE_dp * (networks_scales(:, 4) - networks_scales(:, 3))
     x = (min(max(logarithms, -1e3_dp), 1e3_dp) - networks_scales(:, 1)) / networks_scales(:, 2)
-    r(1) = 1.0_dp - maxval(max(networks_scales(:, 3) - x, x - networks_scales(:, 4)) / reach)
-    r(1) = min(max(r(1), 0.0_dp), 1.0_dp)
+    r(1) = min(max(1.0_dp - maxval(max(networks_scales(:, 3) - x, x - networks_scales(:, 4)) / reach), 0.0_dp), 1.0_dp)
     r(1) = r(1) * r(1) * (3.0_dp - 2.0_dp * r(1))
     x = min(max(x, networks_scales(:, 3) - reach), networks_scales(:, 4) + reach)
     one = squashed(matmul(networks_first(:, :SIZE), x) + networks_first(:, SIZE + 1))
@@ -21,7 +20,6 @@
     r(5) = sum((out(1, :) - r(2)) * (out(2, :) - r(3))) / MEMBERS
     r(6) = sum((out(2, :) - r(3)) ** 2) / MEMBERS
   end function networks
-
   elemental function squashed(z) result(s)
     real(dp), intent(in) :: z
     real(dp) :: s

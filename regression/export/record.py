@@ -38,6 +38,8 @@ _FOLDED: dict[str, Callable[..., float]] = {
     "exp": math.exp,
     "log": math.log,
     "log10": math.log10,
+    "greater": operator.gt,
+    "less": operator.lt,
 }
 
 
@@ -177,8 +179,12 @@ def choose(condition: Any, yes: Any, no: Any) -> Any:
 
 
 def _simplified(operation: str, values: tuple[Value, ...]) -> Value | None:
-    """What leaves the number as it is, but for the last digit."""
+    """What leaves a finite number as it is, but for the last digit."""
     first, last = values[0], values[-1]
+    if (operation in ("multiply", "divide") and _is(first, 0.0)) or (operation == "multiply" and _is(last, 0.0)):
+        return value_of(0.0)
+    if operation == "subtract" and first is last:
+        return value_of(0.0)
     if operation == "multiply":
         if _is(first, 1.0):
             return last

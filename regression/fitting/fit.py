@@ -330,8 +330,8 @@ def fit_formula(
     )
 
 
-# processor time of a fit, of any closed form and of a network, with ten folds [s, s per row]
-CLOSED_FORM_SECONDS, NETWORK_SECONDS = (1.0, 0.001), (6.0, 0.065)
+# processor time of a fit, of any closed form and of a network, with its folds [s, s per row]
+CLOSED_FORM_SECONDS, NETWORK_SECONDS = (1.0, 0.001), (6.0, 0.1)
 _WORTH_WORKERS = 30.0  # processor time of a fit from which on worker processes, 2 s each, save time [s]
 
 

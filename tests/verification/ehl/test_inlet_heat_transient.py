@@ -12,6 +12,7 @@ import ehl.smooth.thermal
 from ehl.common.validation import validate
 from ehl.contact import Contact
 from ehl.fluid.oil import Oil
+from ehl.inputs import TOLERANCE
 from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.rough import RoughSurfaces, solve_transient
@@ -21,7 +22,6 @@ from ehl.rough.mixed import (
     ROUGHNESS_EFFECT,
     ROUGHNESS_POWER,
     ROUGHNESS_RATIO,
-    TOLERANCE,
     rolling_heat_of,
 )
 from ehl.rough.run import TransientRun

@@ -158,7 +158,7 @@ C_COMMAND = f"gcc -std=c99 -O3 -fno-math-errno {C_WARNINGS} main.c -o main -lm"
 FORTRAN_COMMAND = "gfortran -std=f2008 -O2 -Wall -Wextra -pedantic -Wno-compare-reals friction.f90 main.f90 -o main"
 # file, main program, argument, its first index, command, longest line, lines
 LANGUAGES = {
-    "c": ("friction.c", C_MAIN, "a[{}]", 0, C_COMMAND, 252, 400),
+    "c": ("friction.c", C_MAIN, "a[{}]", 0, C_COMMAND, 702, 400),
     "fortran": ("friction.f90", FORTRAN_MAIN, "a({})", 1, FORTRAN_COMMAND, 132, 400),
 }
 
