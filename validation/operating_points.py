@@ -4,7 +4,8 @@
     python validation/operating_points.py --table    # the rows that are there, into docs/friction_formula.md
 
 Four states of six pairs, none of which was fitted: `rated` of the design, `fast` (16 000 rpm of the pinion, a quarter
-of its torque), `slow` (100 rpm, rated torque, 120 degC) and `cool` (rated, 40 degC).
+of its torque), `slow` (100 rpm, rated torque, 120 degC) and `cool` (rated, 40 degC). Where the stated error of the
+solved contacts exceeds 0.05 points, they are the mean of three draws of all roughness profiles.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ PAIRS = (
 STATES: dict[str, tuple[float, float | None, float | None]] = {  # share of the torque, rpm and degC unless rated
     "rated": (1.0, None, None), "fast": (0.25, 16_000.0, None), "slow": (1.0, 100.0, 120.0), "cool": (1.0, None, 40.0),
 }  # fmt: skip
+SEEDS, ENOUGH = (1, 1001, 2001), 5e-4  # of the first roughness profile; error up to which one draw is enough
 NAMES = ("pair", "state", "formula", "solved", "error", "inside", "outside")
 PAGE, MARKERS = Path("docs/friction_formula.md"), ("<!-- points: begin -->", "<!-- points: end -->")
 
@@ -41,13 +43,17 @@ def row(name: str, state: str) -> tuple[str, str, float, float, float, bool, flo
     speed = at.speed if rpm is None else rpm * math.pi / 30.0
     temperature = at.temperature if celsius is None else celsius + 273.15
     formula = loaded.efficiency(speed=speed, temperature=temperature)
-    solved = loaded.efficiency(EhlFriction("ehl", points=48, tolerance=0.03), speed=speed, temperature=temperature)
-    inside = formula.inputs.low <= solved.efficiency <= formula.inputs.high
-    inside &= solved.inputs.low <= formula.efficiency <= solved.inputs.high
-    return (
-        name, state, formula.efficiency, solved.efficiency, solved.efficiency_error, inside,
-        formula.outside_range_share,
-    )  # fmt: skip
+    draws = []
+    for seed in SEEDS:
+        model = EhlFriction("ehl", points=48, tolerance=0.03, seed=seed)
+        draws.append(loaded.efficiency(model, speed=speed, temperature=temperature))
+        if draws[0].efficiency_error < ENOUGH:
+            break
+    solved = sum(found.efficiency for found in draws) / len(draws)
+    error = math.hypot(*(found.efficiency_error for found in draws)) / len(draws)
+    inside = formula.inputs.low <= solved <= formula.inputs.high
+    inside &= draws[0].inputs.low <= formula.efficiency <= draws[0].inputs.high
+    return name, state, formula.efficiency, solved, error, inside, formula.outside_range_share
 
 
 def table(path: Path) -> str:

@@ -243,7 +243,7 @@ def test_noise_stands_beside_the_errors(dataset: Dataset) -> None:
 def test_interval_of_means_over_profiles_is_narrower(
     dataset: Dataset, profiles: int, expected: tuple[float, float]
 ) -> None:
-    """Friction with a scatter of 15 % by the profile; a mean over 16 profiles keeps a quarter of it; the formula errs as well."""
+    """Friction with a scatter of 15 % by the profile; a mean over 16 keeps a quarter; the formula errs as well."""
     random = np.random.default_rng(8)
     scattered = dataset.frame["friction_coefficient"] * np.exp(0.15 * random.standard_normal(len(dataset.frame)))
     plain = replace(dataset, frame=dataset.frame.assign(friction_coefficient=scattered))
