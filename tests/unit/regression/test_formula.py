@@ -313,3 +313,9 @@ def test_boundary_film_changes_the_load_share_of_the_asperities(monkeypatch: pyt
         new = odds / (1.0 + odds)
         wanted = new * formula.boundary_friction + film * ((1.0 - new) / (1.0 - share)) ** 1.5
         assert float(np.ravel(change)[0]) == pytest.approx(math.log(wanted / mu), rel=1e-3, abs=1e-6)
+
+
+def test_an_export_has_one_oil_or_the_oil_as_arguments(tmp_path: Path) -> None:
+    with refuses("oil"):
+        Formula.load("fva3").export(tmp_path / "mu.c", oil="fva3", oil_arguments=True)
+    assert not (tmp_path / "mu.c").exists()
