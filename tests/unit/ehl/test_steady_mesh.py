@@ -1,5 +1,6 @@
 """Graded mesh, outputs and extrapolation of the smooth solver."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -7,8 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from ehl import Contact
 from ehl.fluid.rheology import ShearLaw
-from ehl.smooth import _kernels
+from ehl.smooth import _kernels, refine
 from ehl.smooth.mesh import Features, features_of, grade
 from ehl.smooth.newton import FilmShear
 from ehl.smooth.refine import FLOOR, extrapolate
@@ -129,3 +131,17 @@ def test_extrapolation_of_equal_levels_is_their_value():
     limit = extrapolate([np.array([2.0, 0.0])] * 3, 49)
     assert limit.values.tolist() == [2.0, 0.0]
     assert limit.relative().tolist() == [FLOOR, 0.0]
+
+
+def test_a_solution_that_breaks_the_condition_at_the_exit_is_no_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every solution has more than an allowed undershoot of -inf."""
+    contact = Contact(
+        oil="75w90", temperature="80 degC", pressure_hertz="1.1 GPa", radius_equivalent="15 mm", speed_entrainment=3.0,
+        slide_to_roll=0.3, thermal="off",
+    )  # fmt: skip
+    found = contact.solve()
+    assert found.status == "converged"
+    assert found.iterations >= 3 * 2  # of all of at least three meshes
+    monkeypatch.setattr(refine, "UNDERSHOOT", -math.inf)
+    failed = contact.solve()
+    assert (failed.status, failed.reason) == ("failed", "negative_pressure")
