@@ -503,8 +503,8 @@ def test_other_stretches_of_the_surfaces_widen_the_interval() -> None:
     line = LineContact(0.01, 226e9, 1e5, 2.0, 0.0)
     b = line.half_width
 
-    def profile(rms: float, length: float) -> Any:
-        return SimpleNamespace(rms=rms, length=length * b, correlation_length=0.0)
+    def profile(rms: float, length: float, correlation_length: float = 0.0) -> Any:
+        return SimpleNamespace(rms=rms, length=length * b, correlation_length=correlation_length * b)
 
     surfaces: Any = SimpleNamespace(
         profile_1=profile(2.0, 10.0), profile_2=profile(1.0, 1000.0), rms=math.sqrt(5.0), heights=None
@@ -512,6 +512,11 @@ def test_other_stretches_of_the_surfaces_widen_the_interval() -> None:
     rolled = window(np.zeros(200))
     assert realisation_error(rolled, surfaces, line, 0.01) == pytest.approx(0.01 * math.sqrt(3.4), rel=1e-12)
     assert realisation_error(rolled, RoughSurfaces(), line, 0.01) == 0.0
+    # a surface that stands still shows one correlation length, here 5 b of 40 b
+    standing: Any = SimpleNamespace(profile_1=None, profile_2=profile(1.0, 1000.0, 5.0), rms=1.0)
+    sliding = LineContact(0.01, 226e9, 1e5, 2.0, 2.0)
+    assert sliding.speed_2 == 0.0
+    assert realisation_error(rolled, standing, sliding, 0.01) == pytest.approx(0.01 * math.sqrt(8.0), rel=1e-12)
 
 
 @pytest.mark.parametrize(
