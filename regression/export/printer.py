@@ -154,6 +154,7 @@ def description(program: Program) -> list[str]:
     formula = program.formula
     scores, data = formula.validation, formula.data
     wide = 100.0 * formula.interval.level
+    of = "a single roughness profile" if formula.interval.of_means == 1.0 else "the mean over roughness profiles"
     ranges = {name: f"{low:.6g} to {high:.6g}" for name, (low, high) in formula.ranges.items()}
     others = [
         f"{name} {text} {formula.units.get(name, '') or '-'}"
@@ -178,7 +179,7 @@ def description(program: Program) -> list[str]:
         ),
         "Results:",
         "  mu: friction coefficient, without rolling traction; NaN where the formula has no value",
-        f"  lower, upper: interval with {wide:g} % of the held-out cases; outside the range with the largest error",
+        f"  lower, upper: {wide:g} % interval of mu for {of}; outside the range with the largest error",
         f"  flag: {flag_meanings(program)}",
         *(("Points within the range, but far from all fitted cases, are not flagged.",) if unguarded else ()),
         *((f"Range also: {', '.join(others)}.",) if others else ()),
