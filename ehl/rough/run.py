@@ -80,6 +80,7 @@ def _macroscopic(pressure: FloatArray) -> Macroscopic:
         | {
             "pressure": pressure,
             "counts": np.zeros(2, dtype=np.int64),
+            "shares": np.zeros(2),
             "matrix": np.zeros((4, n)),
             "kind": np.zeros(n, dtype=np.int64),
         }
@@ -210,6 +211,7 @@ class TransientRun:
             ):
                 target[:] = np.interp(x, x_other[known], source[known])
             self.macroscopic.counts[1] = other.macroscopic.counts[1]
+            self.macroscopic.shares[1] = other.macroscopic.shares[1]
 
     def branch(self, problem: RunProblem) -> TransientRun:
         """Another run that continues from this state on the same mesh with other settings."""

@@ -28,6 +28,9 @@ EXCHANGE_WINDOW = 0.1  # travel per update of the macroscopic pressure [b]
 # updates of P after which its gain decreases as 1/n; with the short windows of fine roughness the means scatter little
 # but P changes over tens of b
 SETTLED, SETTLED_FINE = 240.0, 1200.0
+# film ratios up to and from which the step of the macroscopic pressure by the mean film has weights 0 and 1: its net
+# exchange is smaller above 2 and larger below 1.5 (108 contacts of the shipped data)
+THICK = (1.75, 2.5)
 # averaging width of the outflow of a contact spot over the correlation length; without averaging the positive part of
 # the outflow grows with mesh refinement
 SPOT = 1.0
@@ -288,6 +291,9 @@ def build_problem(
             relaxation=0.2,
             settled=SETTLED if settings.exchange_window >= EXCHANGE_WINDOW else SETTLED_FINE,
             storage=4.0 * p_h * b / (math.pi * contact.effective_modulus * film_unit),
+            thick=min(max((estimate / surfaces.rms - THICK[0]) / (THICK[1] - THICK[0]), 0.0), 1.0)
+            if surfaces.rms
+            else 0.0,
             spot=SPOT * surfaces.correlation_length / spacing,
             isotropic=0.0 if sealed else 1.0 / (gamma * wave_number * spacing) ** 2,
         ),
@@ -310,6 +316,11 @@ def flattening_wave_number(correlation_length: float, gamma: float) -> float:
     """
     k = math.sqrt(2.0 * (1.0 + 3.0 / gamma**2) / (1.0 + 1.0 / gamma**2)) / (gamma * correlation_length)
     return float(k * min(gamma, 1.0) ** MARKS_ALONG)
+
+
+def thick_weight(film_ratio: float) -> float:
+    """Weight of the step of the macroscopic pressure by the mean film (`THICK`)."""
+    return min(max((film_ratio - THICK[0]) / (THICK[1] - THICK[0]), 0.0), 1.0)
 
 
 def density_ratio(pressure: FloatArray, fluid: Fluid) -> FloatArray:

@@ -242,7 +242,7 @@ def march(steps, state, step, saved, macro, work, model, records, profiles):
             strain_film(state, model)
         if model.side_flow.on and stage != UNCONVERGED:
             if accumulate(state, macro, work, model):
-                update_pressure(macro, model)
+                update_pressure(macro, work, model)
                 update_mean_total(macro, work, model)
             isotropic_outflow(state, macro, work, model)
         write_record(records[k], state, macro, work, model)

@@ -98,6 +98,7 @@ class SideFlow(NamedTuple):
     relaxation: float
     settled: float  # windows after which the gain of P falls as 1/n
     storage: float  # compliance of the diagonal
+    thick: float  # weight of the step by the mean film (`mean_film_step`)
     spot: float  # width over which that outflow is averaged [nodes]
     isotropic: float  # 1/(gamma k_e dx)^2: lateral outflow of a spot as that along x over gamma^2
 
@@ -169,6 +170,7 @@ class Macroscopic(NamedTuple):
     conductance: np.ndarray  # long averages
     log_flux: np.ndarray
     counts: np.ndarray  # steps in the window, updates so far
+    shares: np.ndarray  # asperity load share: sum over the current window, long average
     total_exchange: np.ndarray  # over the whole run, for the net exchange
     matrix: np.ndarray  # (4, n) scratch
     total: np.ndarray  # time mean of the total pressure, Q

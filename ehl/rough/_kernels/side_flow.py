@@ -7,6 +7,11 @@ is many times the roughness: there P is the mean of p.
 
 P is at most 0.02 p_h above the mean total pressure Q.
 
+Where the film is full and the exchange strong (thick films, gamma up to about 1.5), p follows P, and a surplus of oil
+leaves the contact only along x: there the smooth part is a step of Newton's method for the mean film
+(`mean_film_step`). Where asperities carry a noticeable part of the load, a diffusion problem serves: the
+exchange of single windows is then many times the throughput.
+
 Conductances and fluidities are long averages: window values correlate with the exchange and bias the fixed point
 while every step still converges. Their gain falls as 1/n, so that they become means over the whole travel.
 
@@ -35,6 +40,9 @@ LOAD_MAX = 1.05
 # gain of P in the first of the `settled` windows, while the roughness enters: P starts far from its mean, and what it
 # scatters then is forgotten
 START_GAIN, STARTING = 0.5, 1.0 / 6.0
+# smooth part by Newton's method: asperity load shares up to and from which it has weights 1 and 0, windows before it
+# starts, its first gain and windows after which this falls as 1/n, limit of the derivative of a flow by the fluidity
+FILM_SHARES, FILM_START, FILM_GAIN, FILM_WINDOWS, FILM_MONOTONE = (0.05, 0.15), 20, 0.5, 40.0, 0.8
 AHEAD = 0.5  # gain of P ahead of the first exchanging node, where p hardly scatters
 AVERAGED = 3.0  # windows: the gain of the long averages is (1 + 3)/(n + 3) and weights the start-up less than a mean
 # Q: gain of the first updates, windows after which it falls as 1/n, pressure below which it is not changed [p_h],
@@ -63,6 +71,10 @@ def accumulate(state, macro, work, model):
         macro.sum_total[i] += state.fluid_pressure[i] + state.contact_pressure[i]
     for i in range(first):
         macro.sum_pressure[i] += state.fluid_pressure[i]
+    carried = 0.0
+    for i in range(state.film.size):
+        carried += state.contact_pressure[i]
+    macro.shares[0] += carried / model.contact.full_load
     # slices and not a range of indices: those could be negative to the compiler, and nothing would vectorise
     add_logarithms(work.fluidity[first - 1 : outlet], macro.sum_log_flux[first - 1 : outlet])
     add_logarithms(work.node.f[first:outlet], macro.sum_log_lateral[first:outlet])
@@ -77,7 +89,77 @@ def accumulate(state, macro, work, model):
 
 
 @njit(**FAST_INTERNAL_KERNEL)
-def update_pressure(macro, model):
+def mean_film_step(macro, work, model, gain):
+    """Step of Newton's method of the mean pressure, into ``work.solution[0]``: its film takes up the mean exchange E.
+
+    d(rho h) - d(rho h)_upstream + gain/window d(rho h) - d(f dp/dx) = E with the line kernel, at constant load. The
+    third term is what the film takes up during the window. Density, film and derivatives are those of the last step.
+    """
+    first, outlet = model.side_flow.first, model.contact.outlet
+    per_step = 1.0 / macro.counts[0]
+    band, half, rho, by_p, h = work.band, work.half, work.density, work.density_slope, work.node.film
+    exchange, none = work.residual[0], work.residual[1]
+    filling = 1.0 + gain * per_step
+    for i in range(macro.total.size):
+        macro.kind[i] = 0
+        work.unit[i] = exchange[i] = none[i] = 0.0
+    for i in range(1, outlet - 1):
+        inside = i >= first
+        if inside and macro.total[i] + macro.sum_total[i] * per_step < TOTAL_MIN:
+            continue
+        macro.kind[i] = FLUID
+        left = math.exp(macro.log_flux[i - 1]) if inside else half.f[i - 1]
+        right = math.exp(macro.log_flux[i]) if i >= first - 1 else half.f[i]
+        flow_left = 0.5 * left * (macro.pressure[i] - macro.pressure[i - 1])
+        flow_right = 0.5 * right * (macro.pressure[i + 1] - macro.pressure[i])
+        most_left, most_right = FILM_MONOTONE * left, FILM_MONOTONE * right
+        p_left = min(max(flow_left * half.by_pressure[i - 1] / half.f[i - 1], -most_left), most_left)
+        p_right = min(max(flow_right * half.by_pressure[i] / half.f[i], -most_right), most_right)
+        h_left = flow_left * half.by_film[i - 1] / half.f[i - 1]
+        h_right = flow_right * half.by_film[i] / half.f[i]
+        band[0, i] = p_left - left - by_p[i - 1] * h[i - 1]
+        band[1, i] = left + right + p_left - p_right + filling * by_p[i] * h[i]
+        band[2, i] = -right - p_right
+        band[3, i] = h_left - rho[i - 1]
+        band[4, i] = h_left - h_right + filling * rho[i]
+        band[5, i] = -h_right
+        work.unit[i] = band[3, i] + band[4, i] + band[5, i]
+        exchange[i] = macro.sum_exchange[i] if inside else 0.0
+    solve_mean(macro, work, model, exchange, none, 0.0)
+
+
+@njit(**FAST_INTERNAL_KERNEL)
+def solve_mean(macro, work, model, right_1, right_2, excess):
+    """Change of the mean pressure with the sum ``excess``, into ``work.solution[0]``; 0 where it is not updated."""
+    mean = model.elastic_mean
+    n = macro.total.size
+    factor_and_solve(
+        1,
+        n,
+        macro.kind,
+        work.band,
+        mean.weights_newton,
+        mean.ratios_newton,
+        right_1,
+        right_2,
+        work.unit,
+        work.solution,
+        work.block,
+    )
+    moved = 0.0
+    by_level = 0.0
+    for i in range(n):
+        if macro.kind[i] == FLUID:
+            moved += work.solution[0, i]
+            by_level += work.solution[2, i]
+    level = (moved - excess) / by_level if by_level != 0.0 else 0.0
+    for i in range(n):
+        change = work.solution[0, i] - level * work.solution[2, i]
+        work.solution[0, i] = change if macro.kind[i] == FLUID else 0.0
+
+
+@njit(**FAST_INTERNAL_KERNEL)
+def update_pressure(macro, work, model):
     """One relaxed step of P from the means of a window; `update_mean_total` follows and closes the window."""
     rule = model.side_flow
     first = rule.first
@@ -91,6 +173,11 @@ def update_pressure(macro, model):
     centre = macro.matrix[1]
     above = macro.matrix[2]
     change = macro.matrix[3]
+    macro.shares[1] += weight * (macro.shares[0] * per_step - macro.shares[1])
+    macro.shares[0] = 0.0
+    part = rule.thick * min(max((FILM_SHARES[1] - macro.shares[1]) / (FILM_SHARES[1] - FILM_SHARES[0]), 0.0), 1.0)
+    if macro.counts[1] < FILM_START:
+        part = 0.0
     for i in range(first):
         macro.pressure[i] += AHEAD * (macro.sum_pressure[i] * per_step - macro.pressure[i])
         macro.sum_pressure[i] = 0.0
@@ -122,6 +209,15 @@ def update_pressure(macro, model):
     change[outlet - 1] /= centre[outlet - 1]
     for i in range(outlet - 2, first - 2, -1):
         change[i] = (change[i] - above[i] * change[i + 1]) / centre[i]
+    if part > 0.0:
+        gain = FILM_GAIN * FILM_WINDOWS / (macro.counts[1] + FILM_WINDOWS)
+        mean_film_step(macro, work, model, gain)
+        film_change = work.solution[0]
+        for i in range(first, outlet - 1):
+            change[i] += part * (gain / relaxation * film_change[i] - change[i])
+        for i in range(1, outlet - 1):
+            moved = min(max(part * gain * film_change[i], -STEP_MAX), STEP_MAX)
+            macro.total[i] = max(macro.total[i] + moved, 0.0)
     for i in range(first, outlet - 1):
         local = macro.sum_exchange[i] / macro.conductance[i] if macro.conductance[i] > 1e-300 else 0.0
         step = relaxation * (change[i] + local)
@@ -215,30 +311,9 @@ def update_mean_total(macro, work, model):
     exponential_product(left, model.elastic.weights, model.elastic.ratios, work.residual[0])
     for i in range(n):
         work.residual[0, i] += band[1, i] * left[i]
-    factor_and_solve(
-        1,
-        n,
-        macro.kind,
-        band,
-        mean.weights_newton,
-        mean.ratios_newton,
-        work.residual[0],
-        left,
-        work.unit,
-        work.solution,
-        work.block,
-    )
-    moved = 0.0
-    by_level = 0.0
+    solve_mean(macro, work, model, work.residual[0], left, excess)
     for i in range(n):
-        if macro.kind[i] == FLUID:
-            moved += work.solution[0, i]
-            by_level += work.solution[2, i]
-    level = (moved - excess) / by_level if by_level != 0.0 else 0.0
-    for i in range(n):
-        if macro.kind[i] == FLUID:
-            change = work.solution[0, i] - level * work.solution[2, i]
-            macro.total[i] = max(macro.total[i] + gain * change, 0.0)
+        macro.total[i] = max(macro.total[i] + gain * work.solution[0, i], 0.0)
     deflect_mean(macro, work, model)
     macro.counts[0] = 0
     macro.counts[1] += 1
