@@ -27,20 +27,20 @@ SUBDIVISION = 4  # steps of the first-order integration per cell of the mesh
 
 
 def body_compliance(contact: LineContact) -> float:
-    """Tangential displacement of both surfaces per shear stress, k = 4 b/(pi E') [m/Pa].
+    """Tangential displacement of both surfaces per shear stress, k = 8 b/(pi E') [m/Pa].
 
-    An elastic foundation of this compliance has the initial slope mu = 4 R SR/b of Carter (1926) for equal bodies.
+    An elastic foundation of this compliance has the initial slope mu = 2 R SR/b of Carter (1926) for equal bodies.
     """
-    return 4.0 * contact.half_width / (math.pi * contact.effective_modulus)
+    return 8.0 * contact.half_width / (math.pi * contact.effective_modulus)
 
 
 def rubbing_friction(contact: LineContact, boundary_friction: float) -> float:
     """Friction of asperity contacts: mu_b in full slip, less where part of the contact sticks (Carter 1926) [-].
 
-    mu = mu_b (1 - (1 - s/s_b)^2) for slips s = v_s/u below s_b = mu_b b/(2 R), with the initial slope 4 R/b. The law is
+    mu = mu_b (1 - (1 - s/s_b)^2) for slips s = v_s/u below s_b = mu_b b/R, with the initial slope 2 R/b. The law is
     that of a smooth contact of equal bodies; it is applied to the load on the asperities (own assumption).
     """
-    full = boundary_friction * contact.half_width / (2.0 * contact.radius_equivalent)
+    full = boundary_friction * contact.half_width / contact.radius_equivalent
     slip = contact.slide_to_roll_total
     return boundary_friction if slip >= full else boundary_friction * (1.0 - (1.0 - slip / full) ** 2)
 

@@ -99,11 +99,11 @@ def draw(rows: list[Compared], path: Path) -> None:
         some = [row for row in rows if row.axle == "vecto_tractor" and row.speed_rpm == speed]
         torque = [row.torque for row in some]
         right.plot(torque, [r.measured for r in some], "o", color=f"C{colour}", label=f"{speed:.0f} rpm, measured")
-        right.plot(torque, [r.computed for r in some], "-", color=f"C{colour}", label="computed")
+        right.plot(torque, [r.computed for r in some], "-", color=f"C{colour}", label=f"{speed:.0f} rpm, computed")
         right.fill_between(
             torque, [r.lower for r in some], [r.upper for r in some], color=f"C{colour}", alpha=0.12, lw=0
         )
-    right.set(title="vecto_tractor", xlabel="pinion torque [N m]", ylim=(0.0, None))
+    right.set(title="vecto_tractor", xlabel="pinion torque [N m]", ylabel="torque loss [N m]", ylim=(0.0, None))
     for axes in (left, right):
         axes.grid(alpha=0.3)
         axes.legend(fontsize=8, loc="upper left")

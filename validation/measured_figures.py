@@ -23,7 +23,7 @@ def draw_film(curves: Sequence[dict[str, Any]], path: Path) -> None:
         axes.plot(speed[order], curve["computed"][0][order], "-", lw=1, color=colour)
         axes.plot(*curve["line"], ":", lw=1, color=colour)
     left.set(title="FVA 3", xscale="log", yscale="log", ylabel="central film [nm]")
-    right.set(title="two readings of one run; a synthetic VG 320 oil (card paor)")
+    right.set(title="FVA 3, two readings; SHC 320 (card paor)")
     for axes in (left, right):
         axes.set_xlabel("entrainment speed [m/s]")
         axes.grid(alpha=0.3, which="both")

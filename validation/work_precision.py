@@ -215,8 +215,8 @@ def plot(folder: Path) -> None:
                 label = f"{what}, λ {low:g} to {high:g}" if high < 9.0 else f"{what}, λ > {low:g}"
                 axes.loglog(middle.seconds_per_width, middle.mu_error, style, color=colour, label=label)
                 axes.loglog(part.seconds_per_width, part.mu_error, style[0], color=colour, ms=2.5, alpha=0.4)
-        axes.set(title="rough engine, 20 cases (small) and medians")
-    axes.set(xlabel="CPU time per half-width of travel [s], one core", ylabel="relative error of μ")
+        axes.set(title="rough contact: 20 cases (small) and medians")
+    axes.set(xlabel="processor time per half-width of travel [s]", ylabel="relative error of μ [-]")
     axes.grid(True, which="both", alpha=0.25)
     if axes.get_lines():
         axes.legend(fontsize=7, ncol=2, loc="upper center", bbox_to_anchor=(0.5, -0.13))

@@ -158,7 +158,7 @@ def main() -> None:
         contact = line(speed, 0.0, pressure)
         load, material = contact.moes_groups(oil)
         found = [attenuation(contact, oil, w, mesh_of(contact, oil, w)) for w in (0.125, 0.25, 0.5, 1.0, 2.0)]
-        label = f"engine, M {load:.0f}, L {material:.1f}"
+        label = f"solver, M {load:.0f}, L {material:.1f}"
         axes.semilogx([g for _, g in found], [value for value, _ in found], "o", label=label)
     axes.set(xlabel="g = (wavelength/b) M^0.75/L^0.5", ylabel="Ad/Ai")
     axes.grid(alpha=0.3)

@@ -91,14 +91,14 @@ def test_stress_never_exceeds_the_limit_that_falls_towards_the_exit() -> None:
 
 
 def test_initial_slope_over_a_rigid_film_is_that_of_carter() -> None:
-    """mu = 4 R SR/b as long as nothing slips: the stress is the way times the slip over the compliance."""
+    """mu = 2 R SR/b as long as nothing slips: the stress is the way times the slip over the compliance."""
     oil = Lubricant(1e3, 18e-9, shear_modulus=1e12)
     line = even_film(oil, 1e-7)[0]
     b = line.half_width
     x = np.linspace(-b, b, 801)
     stress = elastic_stress(x, np.full(801, 1e9), np.full(801, 1e-9), np.full(801, 1e12), line, oil)
     mu = np.trapezoid(stress, x) / line.load_per_length
-    assert mu == pytest.approx(4.0 * line.radius_equivalent / b * 1e-7, rel=1e-3)
+    assert mu == pytest.approx(2.0 * line.radius_equivalent / b * 1e-7, rel=1e-3)
 
 
 @pytest.mark.parametrize("slip", [0.2, 0.1])
@@ -177,14 +177,30 @@ def test_rough_solver_strains_the_film_like_the_smooth_one() -> None:
     assert 1.0 - ratio == pytest.approx(1.0 - steady, rel=0.05)
 
 
-@pytest.mark.parametrize("slip", [1e-7, 1e-5, 2e-4, 6e-4, 9e-4])
-def test_rubbing_with_a_stick_zone_is_that_of_superposed_ellipses(slip: float) -> None:
-    """mu p over the contact less mu p (a/b) over the stick zone of half-width a = b - slip R_J/mu, R_J = 2 R."""
-    line, x = line_contact(slide_to_roll=slip), np.linspace(-1.0, 1.0, 20_001)
-    stick = max(1.0 - slip * 2.0 * line.radius_equivalent / (0.1 * line.half_width), 0.0)
-    whole, inner = np.sqrt(1.0 - x**2), stick * np.sqrt(np.maximum(1.0 - (x / max(stick, 1e-9)) ** 2, 0.0))
-    expected = 0.1 * np.trapezoid(whole - inner, x) / np.trapezoid(whole, x)
-    assert rubbing_friction(line, 0.1) == pytest.approx(expected, rel=1e-3)
+@pytest.mark.parametrize("slip", [1e-5, 4e-4, 1.2e-3, 1.8e-3])
+def test_rubbing_with_a_stick_zone_is_that_of_elastic_half_spaces(slip: float) -> None:
+    """Relative strain of the half-spaces = slip where they stick, stress = mu p where they slip; by cells."""
+    line = line_contact(slide_to_roll=slip)
+    b, modulus, cells = line.half_width, 0.5 * line.effective_modulus, 400
+    edges = np.linspace(-b, b, cells + 1)
+    x, step = 0.5 * (edges[1:] + edges[:-1]), edges[1] - edges[0]
+    sliding = 0.1 * line.pressure_hertz * np.sqrt(1.0 - (x / b) ** 2)
+
+    def lag(distance: Array) -> Array:
+        return distance * (np.log(np.maximum(np.abs(distance), 1e-300)) - 1.0)
+
+    places = np.concatenate(([x[0] - step], x))[:, None]
+    moved = 2.0 / (math.pi * modulus) * (lag(places - edges[1:]) - lag(places - edges[:-1]))
+    strain, stick, stress = np.diff(moved, axis=0) / step, np.ones(cells, dtype=bool), sliding.copy()
+    for _ in range(cells):
+        stress[stick] = np.linalg.solve(
+            strain[np.ix_(stick, stick)], slip - strain[np.ix_(stick, ~stick)] @ sliding[~stick]
+        )
+        if np.all(stress <= sliding):
+            break
+        stick &= stress <= sliding
+        stress = sliding.copy()
+    assert rubbing_friction(line, 0.1) == pytest.approx(stress.sum() * step / line.load_per_length, rel=5e-3)
 
 
 def test_friction_of_a_rough_contact_has_no_jump_at_rolling() -> None:
@@ -198,7 +214,7 @@ def test_friction_of_a_rough_contact_has_no_jump_at_rolling() -> None:
 
 
 def test_full_slip_of_every_contact_of_the_data_is_mu_b() -> None:
-    """Slips of the shipped data start at 0.5 %: at 2.5 GPa the contact slips as a whole above 0.2 %."""
+    """Slips of the shipped data start at 0.5 %: at 2.5 GPa the contact slips as a whole above 0.4 %."""
     line = LineContact(0.015, 226e9, math.pi * (2.5e9) ** 2 * 2.0 * 0.015 / 226e9, 0.5, 0.005)
     assert line.pressure_hertz == pytest.approx(2.5e9)
     assert rubbing_friction(line, 0.085) == 0.085
