@@ -14,7 +14,7 @@ from efficiency.design.design import MISALIGNMENTS, MemberInput, Misalignment, P
 from efficiency.loss.efficiency_result import Bulk, LoadBalance
 from efficiency.loss.kinematics import OPERATION_LIMITS, TEXTURE, Driver, Operation
 from ehl.common.errors import InputError
-from ehl.common.units import ValueRange
+from ehl.common.units import ValueRange, is_list
 from ehl.common.validation import value_range_of
 from ehl.fluid.oil import Oil
 from regression.formula import ANY_OIL, friction_model, shipped_formulas
@@ -210,7 +210,7 @@ def split_axes(given: Mapping[str, Any], allowed: Sequence[str] = AXES) -> tuple
 
 def _several(name: str, value: Any) -> bool:
     if isinstance(value, str):
-        return name in QUANTITIES and ("," in value or ":" in value)
+        return name in QUANTITIES and is_list(value)
     return isinstance(value, Iterable) and not isinstance(value, BaseModel)
 
 

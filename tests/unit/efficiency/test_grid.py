@@ -12,6 +12,7 @@ import pytest
 
 import efficiency
 import efficiency.mesh
+from efficiency.conditions.conditions import split_axes
 from efficiency.conditions.duty import DutyRow
 from efficiency.conditions.grid import Evaluator, Grid
 from efficiency.design.design import load_design
@@ -117,6 +118,7 @@ def test_grid_of_a_pair_is_the_single_run() -> None:
     assert abs(found.values()[0, 1] - single.efficiency) < 1e-5
     assert found.results[1].errors.balance < 1e-5
     assert found.axes == {"P": (5e-5,), "speed": (60.0, 125.0)}
+    assert split_axes({"torque": "100; 200 N m", "speed": "60 rad/s"}) == ({"torque": [100.0, 200.0]}, {"speed": 60.0})
 
 
 @pytest.mark.parametrize(
