@@ -31,7 +31,7 @@ from efficiency.loss.efficiency_result import (
 )
 from efficiency.loss.friction_equilibrium import balance_error, balance_friction, closed
 from efficiency.loss.kinematics import LoadedPoints, Operation, loaded_points
-from efficiency.loss.lubrication import SolvedFriction, local_lubrication
+from efficiency.loss.lubrication import SolvedFriction, at_hottest, local_lubrication
 from efficiency.loss.power_loss import efficiency_of, position_losses, rolling_losses
 from efficiency.loss.uncertainty import stand_in
 from efficiency.ltca.limits import edges_yield, points_above_hardness
@@ -45,6 +45,7 @@ from ehl.common.data import data_path, reason_text
 from ehl.common.errors import ConvergenceError
 from ehl.common.quantities import quantity
 from ehl.fluid.oil import Oil
+from ehl.fluid.viscosity import TEMPERATURE_RANGE
 from regression.formula import Formula
 from regression.friction.conditions import Conditions
 from regression.friction.models import (
@@ -322,6 +323,10 @@ def _notes(
         ways = ", ".join(f"{way} {getattr(moved, way) * 1e6:.4g} um" for way in ("E", "P", "G"))
         angle = quantity("deflection.shaft_angle_error").to_display(moved.shaft_angle_error)
         notes += (f"shafts and bearings deflect: {ways}, shaft angle {angle:.4g} arcmin, after {moved.rounds} rounds",)
+    if at_hottest(operation):
+        limit = quantity("temperature").text(TEMPERATURE_RANGE[1])
+        words = "end of the oil laws: the estimate is higher, friction and interval are those at this temperature"
+        notes += (f"bulk temperature of the teeth limited to {limit}, {words}",)
     if isinstance(model, Formula) and (other := model.oil_note(oil)):
         notes += (other,)
     if isinstance(model, Formula) and _outside_range(points, friction) > 0.01:
