@@ -239,8 +239,9 @@ def resolve_friction(friction: Friction | None, design: PairDesign, oil: Any = N
         first = design.operation.oil if oil is None else oil
         first = next(iter(first)) if isinstance(first, (list, tuple)) else first
         friction = default_friction(str(getattr(first, "name", first)).partition(",")[0].strip())
-    if not isinstance(friction, str):
+    if isinstance(friction, FrictionModel):
         return friction
+    friction = str(friction)
     if friction.partition(":")[0] == "ehl":
         from efficiency.loss.ehl_friction import ehl_friction
 

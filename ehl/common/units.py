@@ -6,6 +6,7 @@ import re
 import unicodedata
 from dataclasses import dataclass
 from functools import cache
+from numbers import Real
 from typing import Any, get_args
 
 from pydantic import GetCoreSchemaHandler
@@ -271,7 +272,7 @@ def parse_quantity(value: object, unit: str, *, field: str = "value", bare: bool
     Raises `InputError`: the value is no number, is not finite, has a unit of another dimension, or has no unit where
     one is needed.
     """
-    if isinstance(value, bool) or not isinstance(value, (int, float, str)):
+    if isinstance(value, bool) or not isinstance(value, (Real, str)):  # scalars of numpy are real numbers
         raise InputError(field, value, _expectation(unit))
     if isinstance(value, str):
         number, has_unit = _from_text(value, unit, field)
