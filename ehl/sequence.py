@@ -229,10 +229,11 @@ def _problems(
 ) -> tuple[Callable[[int], ContactProblem], int]:
     """Function that returns the problem of one contact or raises InputError, and the number of contacts."""
     if not isinstance(contacts, ContactState):
-        contacts = tuple(contacts)
-        if not all(isinstance(contact, (Contact, LineContact)) for contact in contacts):
-            kinds = ", ".join(sorted({type(contact).__name__ for contact in contacts}))
-            raise InputError("contacts", kinds, "a sequence of Contact or LineContact, or a ContactState")
+        given: tuple[Any, ...] = tuple(contacts)
+        if not all(isinstance(contact, (Contact, LineContact)) for contact in given):
+            allowed = "a sequence of Contact or LineContact, or a ContactState"
+            raise InputError("contacts", type(given[0]).__name__, allowed)
+        contacts = given
     count = contacts.size if isinstance(contacts, ContactState) else len(contacts)
     if isinstance(lubricant, Sequence) and len(lubricant) != count:
         raise InputError("lubricant", f"{len(lubricant)} lubricants", f"one for each of the {count} contacts")

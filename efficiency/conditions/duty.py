@@ -127,9 +127,9 @@ def duty_rows(duty: Path | str | Sequence[DutyRow], design: PairDesign, **option
     """Given rows, or those of a file: `options` of `read_duty`, with ratio and oil temperature of the design."""
     if not isinstance(duty, Path | str):
         rows = tuple(duty)
-        if not all(isinstance(row, DutyRow) for row in rows):
-            raise InputError("duty", type(duty).__name__, "a file, or a sequence of DutyRow")
-        return rows
+        if all(isinstance(row, DutyRow) for row in rows):
+            return rows
+        raise InputError("duty", type(duty).__name__, "a file, or a sequence of DutyRow")
     own = {"ratio": 1.0 / design.ratio, "temperature": design.operation.temperature}
     return read_duty(duty, **own | {name: value for name, value in options.items() if value is not None})
 

@@ -45,7 +45,6 @@ from ehl.common.data import data_path, reason_text
 from ehl.common.errors import ConvergenceError
 from ehl.common.quantities import quantity
 from ehl.fluid.oil import Oil
-from ehl.fluid.viscosity import TEMPERATURE_RANGE
 from regression.formula import Formula
 from regression.friction.conditions import Conditions
 from regression.friction.models import (
@@ -324,9 +323,7 @@ def _notes(
         angle = quantity("deflection.shaft_angle_error").to_display(moved.shaft_angle_error)
         notes += (f"shafts and bearings deflect: {ways}, shaft angle {angle:.4g} arcmin, after {moved.rounds} rounds",)
     if at_hottest(operation):
-        limit = quantity("temperature").text(TEMPERATURE_RANGE[1])
-        words = "end of the oil laws: the estimate is higher, friction and interval are those at this temperature"
-        notes += (f"bulk temperature of the teeth limited to {limit}, {words}",)
+        notes += ("bulk temperature of the teeth limited to 200 degC, the end of the oil laws: the estimate is higher",)
     if isinstance(model, Formula) and (other := model.oil_note(oil)):
         notes += (other,)
     if isinstance(model, Formula) and _outside_range(points, friction) > 0.01:
