@@ -47,6 +47,8 @@ class Printer:
 
     def __init__(self, function_name: str = "") -> None:
         self.function_name = function_name.lower()
+        self._reserved = {*FUNCTIONS, *self.functions.values(), *self.reserved}
+        self.outputs = [self.variable(name) for name in OUTPUTS]
         if self.function_name in {*self._reserved, *_WORDS, *UNITS}:
             hint = "The function takes the name of the file."
             raise InputError("path", function_name, "a file name that is no word of the written code", hint)
@@ -58,15 +60,6 @@ class Printer:
     def variable(self, name: str) -> str:
         """A name as the language allows it."""
         return f"{name}_" if name.lower() in {self.function_name, *self._reserved} else name
-
-    @property
-    def outputs(self) -> list[str]:
-        """Variables of the results."""
-        return [self.variable(name) for name in OUTPUTS]
-
-    @property
-    def _reserved(self) -> set[str]:
-        return {*FUNCTIONS, *self.functions.values(), *self.reserved}
 
     def number(self, number: float) -> str:
         """A number with all its digits."""
