@@ -428,7 +428,7 @@ class LoadedMesh:
 
         Parameters
         ----------
-        frictions : iterable of FrictionModel or str, optional
+        frictions : FrictionModel or str, or iterable of them, optional
             Default: the formulas shipped for the oil, `constant:0.05`, four published ones, solved contacts.
         **conditions : float or str
             As in `efficiency`.
@@ -436,8 +436,9 @@ class LoadedMesh:
         from efficiency.loss.compare import DEFAULT_MODELS, compare_models
 
         at = self._conditions(conditions)
-        names = (*shipped_formulas(at.oil.name), *DEFAULT_MODELS) if frictions is None else frictions
-        models = [resolve_friction(friction, self.design) for friction in names]
+        names = [frictions] if isinstance(frictions, (str, FrictionModel)) else list(frictions or ())
+        defaults = (*shipped_formulas(at.oil.name), *DEFAULT_MODELS)
+        models = [resolve_friction(friction, self.design) for friction in names or defaults]
         # the same bulk temperature for all models
         operation = at.operation
         if at.bulk != "oil":

@@ -490,7 +490,9 @@ def _tables(values: Mapping[str, Any], names: Mapping[str, Any]) -> tuple[dict[s
             known = f"Did you mean {' or '.join(close)}?" if close else ""
             raise InputError(name, value, "only the documented inputs of a contact", known)
         table, key = KEYWORDS[name]
-        tables[table] = {**tables.get(table, {}), key: value}
+        if (other := written.get(f"{table}.{key}")) is not None:
+            raise InputError(name, value, f"not together with {other}")
+        tables[table] = {**tables.get(table, {}), key: str(value) if isinstance(value, Path) else value}
         written[f"{table}.{key}"] = name
     return tables, written
 

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, model_validator
 
 from ehl.common.errors import InputError
-from ehl.common.units import ValueRange, parse_quantity
+from ehl.common.units import ValueRange, parse_quantity, value_range
 from ehl.common.validation import InputModel, in_any_case
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.viscosity import Temperature
@@ -199,7 +199,7 @@ class SurfaceInput(InputModel):
             if rest.get(name) is not None:
                 allowed = "either the composite roughness_rms, or roughness_rms_1 and roughness_rms_2 of the surfaces"
                 raise InputError("roughness_rms", values["roughness_rms"], allowed)
-        each = parse_quantity(values["roughness_rms"], "m", field="roughness_rms") / 2.0**0.5
+        each = value_range(Rms).check(values["roughness_rms"], "roughness_rms") / 2.0**0.5
         return {**rest, **dict.fromkeys(EACH_RMS, each)}
 
     @model_validator(mode="after")

@@ -228,6 +228,12 @@ def _problems(
     bodies: tuple[Material, Material],
 ) -> tuple[Callable[[int], ContactProblem], int]:
     """Function that returns the problem of one contact or raises InputError, and the number of contacts."""
+    if not isinstance(contacts, ContactState):
+        given: tuple[Any, ...] = tuple(contacts)
+        if not all(isinstance(contact, (Contact, LineContact)) for contact in given):
+            allowed = "a sequence of Contact or LineContact, or a ContactState"
+            raise InputError("contacts", type(given[0]).__name__, allowed)
+        contacts = given
     count = contacts.size if isinstance(contacts, ContactState) else len(contacts)
     if isinstance(lubricant, Sequence) and len(lubricant) != count:
         raise InputError("lubricant", f"{len(lubricant)} lubricants", f"one for each of the {count} contacts")

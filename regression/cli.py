@@ -136,10 +136,9 @@ def mu(
         if spread is not None and spread.low < spread.high:
             print_text(f"with inputs: mu = {'; '.join((spread.headline(), *spread.notes))}")
     outside = friction.range_note(oil=name, **point) if isinstance(friction, regression.Formula) else ""
-    if outside or content["flag"] != "ok":
-        typer.echo(f"note: {outside or reason_text(content['flag'])}", err=True)
-    if other:
-        typer.echo(f"note: {other}", err=True)
+    flagged = "" if content["flag"] == "ok" or other else reason_text(content["flag"])
+    for note in filter(None, (outside or flagged, other)):
+        typer.echo(f"note: {note}", err=True)
     if content["friction_coefficient"] is None:
         raise typer.Exit(1)
 

@@ -349,7 +349,7 @@ def friction_model(spec: str) -> ConstantFriction | PublishedFriction | Formula:
     >>> regression.friction_model("coleman").name
     'constant:0.05'
     """
-    spec = same_name(spec, ("coleman", *PUBLISHED))
+    spec = same_name(str(spec), ("coleman", *PUBLISHED))
     kind, colon, value = spec.partition(":")
     kind = kind.casefold() if colon else kind
     if re.fullmatch(r"[\d.,]+", spec):

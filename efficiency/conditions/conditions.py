@@ -14,7 +14,7 @@ from efficiency.design.design import MISALIGNMENTS, MemberInput, Misalignment, P
 from efficiency.loss.efficiency_result import Bulk, LoadBalance
 from efficiency.loss.kinematics import OPERATION_LIMITS, TEXTURE, Driver, Operation
 from ehl.common.errors import InputError
-from ehl.common.units import ValueRange
+from ehl.common.units import ValueRange, is_list
 from ehl.common.validation import value_range_of
 from ehl.fluid.oil import Oil
 from regression.formula import ANY_OIL, friction_model, shipped_formulas
@@ -210,7 +210,7 @@ def split_axes(given: Mapping[str, Any], allowed: Sequence[str] = AXES) -> tuple
 
 def _several(name: str, value: Any) -> bool:
     if isinstance(value, str):
-        return name in QUANTITIES and ("," in value or ":" in value)
+        return name in QUANTITIES and is_list(value)
     return isinstance(value, Iterable) and not isinstance(value, BaseModel)
 
 
@@ -239,8 +239,9 @@ def resolve_friction(friction: Friction | None, design: PairDesign, oil: Any = N
         first = design.operation.oil if oil is None else oil
         first = next(iter(first)) if isinstance(first, (list, tuple)) else first
         friction = default_friction(str(getattr(first, "name", first)).partition(",")[0].strip())
-    if not isinstance(friction, str):
+    if isinstance(friction, FrictionModel):
         return friction
+    friction = str(friction)
     if friction.partition(":")[0] == "ehl":
         from efficiency.loss.ehl_friction import ehl_friction
 

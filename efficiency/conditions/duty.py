@@ -126,7 +126,10 @@ def read_duty(
 def duty_rows(duty: Path | str | Sequence[DutyRow], design: PairDesign, **options: Any) -> tuple[DutyRow, ...]:
     """Given rows, or those of a file: `options` of `read_duty`, with ratio and oil temperature of the design."""
     if not isinstance(duty, Path | str):
-        return tuple(duty)
+        rows = tuple(duty)
+        if all(isinstance(row, DutyRow) for row in rows):
+            return rows
+        raise InputError("duty", type(duty).__name__, "a file, or a sequence of DutyRow")
     own = {"ratio": 1.0 / design.ratio, "temperature": design.operation.temperature}
     return read_duty(duty, **own | {name: value for name, value in options.items() if value is not None})
 

@@ -172,7 +172,9 @@ def parse_summary(text: str, hands: Mapping[str, str] | None = None) -> Summary:
                     raise InputError(where, label, "a line 'member, pinion' or 'member, gear' before the first value")
                 table, key, unit = LABELS[label]
                 of_label = length if brackets is None else _unit_of_label(brackets, unit, where)
-                found[member, flank, table, key] = _value(value, key, unit, of_label, f"{where} ({label})")
+                read = _value(value, key, unit, of_label, f"{where} ({label})")
+                if found.setdefault((member, flank, table, key), read) != read:
+                    raise InputError(f"{where} ({label})", value, "one value of each setting")
             else:
                 unread.append(line.strip())
         except InputError as problem:

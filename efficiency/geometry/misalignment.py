@@ -216,8 +216,8 @@ def misalignment_study(
     for name, given in values.items():
         if not given:
             raise InputError(name, "no value", "at least one value")
-        if samples is not None and len(given) > 1:
-            raise InputError(name, given, "one standard deviation, as the states are random samples")
+        if samples is not None and (len(given) > 1 or given[0] < 0.0):
+            raise InputError(name, given, "one standard deviation of at least 0, as the states are random samples")
     start = design.assembly.misalignment
     points: list[MisalignmentPoint] = []
     grid: FlankGrid | None = None

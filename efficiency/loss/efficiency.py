@@ -31,7 +31,7 @@ from efficiency.loss.efficiency_result import (
 )
 from efficiency.loss.friction_equilibrium import balance_error, balance_friction, closed
 from efficiency.loss.kinematics import LoadedPoints, Operation, loaded_points
-from efficiency.loss.lubrication import SolvedFriction, local_lubrication
+from efficiency.loss.lubrication import SolvedFriction, at_hottest, local_lubrication
 from efficiency.loss.power_loss import efficiency_of, position_losses, rolling_losses
 from efficiency.loss.uncertainty import stand_in
 from efficiency.ltca.limits import edges_yield, points_above_hardness
@@ -322,6 +322,8 @@ def _notes(
         ways = ", ".join(f"{way} {getattr(moved, way) * 1e6:.4g} um" for way in ("E", "P", "G"))
         angle = quantity("deflection.shaft_angle_error").to_display(moved.shaft_angle_error)
         notes += (f"shafts and bearings deflect: {ways}, shaft angle {angle:.4g} arcmin, after {moved.rounds} rounds",)
+    if at_hottest(operation):
+        notes += ("bulk temperature of the teeth limited to 200 degC, the end of the oil laws: the estimate is higher",)
     if isinstance(model, Formula) and (other := model.oil_note(oil)):
         notes += (other,)
     if isinstance(model, Formula) and _outside_range(points, friction) > 0.01:

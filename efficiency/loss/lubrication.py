@@ -62,6 +62,11 @@ def warmed(operation: Operation, rise: float) -> Operation:
     return replace(operation, temperature_bulk_pinion=bulk, temperature_bulk_gear=bulk, temperature_inlet=bulk)
 
 
+def at_hottest(operation: Operation) -> bool:
+    """Whether `warming` ended at the highest temperature of the oil laws, so that the rise of the loss is larger."""
+    return operation.temperature_bulk_pinion is not None and max(operation.bulk) > TEMPERATURE_RANGE[1] - _CLOSE
+
+
 def bulk_spread(rise: float) -> Spread:
     """Spread of a bulk temperature that was estimated as `rise` above the oil [K]."""
     return Spread(

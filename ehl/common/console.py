@@ -108,7 +108,8 @@ class Command(typer.core.TyperCommand):
         """The error of the parser as an `InputError`; its classes are identified by name, as they have moved."""
         see, kind = f"See `{ctx.command_path} --help`.", type(error).__name__
         if kind == "NoSuchOption":
-            known = sorted(_longest(param) for param in self.params if param.param_type_name == "option")
+            options = [param for param in self.params if param.param_type_name == "option"]
+            known = sorted({"--help", *map(_longest, options)})
             hint = near(error.option_name, known) or see
             return InputError("option", error.option_name, "one of " + ", ".join(known), hint)
         if kind == "BadOptionUsage":
@@ -337,11 +338,6 @@ def names_of(kind: str) -> Callable[[], list[str]]:
 def given(options: Mapping[str, Any]) -> dict[str, Any]:
     """Options that have a value."""
     return {name: value for name, value in options.items() if value is not None}
-
-
-def is_list(text: str) -> bool:
-    """Whether a text is a list ``a, b, c unit`` or a range ``from:to:number unit``."""
-    return any(sign in re.sub(r"\d,\d", "", text) for sign in ",;:")  # a comma within a number raises an error later
 
 
 def pairs(field: str, texts: list[str] | None) -> dict[str, str]:

@@ -6,6 +6,7 @@ import re
 import unicodedata
 from dataclasses import dataclass
 from functools import cache
+from numbers import Real
 from typing import Any, get_args
 
 from pydantic import GetCoreSchemaHandler
@@ -271,7 +272,7 @@ def parse_quantity(value: object, unit: str, *, field: str = "value", bare: bool
     Raises `InputError`: the value is no number, is not finite, has a unit of another dimension, or has no unit where
     one is needed.
     """
-    if isinstance(value, bool) or not isinstance(value, (int, float, str)):
+    if isinstance(value, bool) or not isinstance(value, (Real, str)):  # scalars of numpy are real numbers
         raise InputError(field, value, _expectation(unit))
     if isinstance(value, str):
         number, has_unit = _from_text(value, unit, field)
@@ -406,7 +407,8 @@ class ValueRange:
             return self.hint
         others = {name: (factor, zero) for name, (unit, factor, zero) in UNITS.items() if unit == self.unit}
         for name, (factor, zero) in (others | spellings(self.unit)).items():
-            if self.unit and (factor, zero) != (1.0, 0.0) and self._inside(number * factor + zero):
+            usual = 1e-3 <= abs(number) < 1e5 and (factor, zero) != (1.0, 0.0)
+            if self.unit and usual and self._inside(number * factor + zero):
                 return f"A bare number is in {self.unit}. Did you mean '{number:g} {name}'? {self.hint}".strip()
         return self.hint
 
@@ -459,6 +461,11 @@ class ValueRange:
 def value_range(annotation: Any) -> ValueRange:
     """The unit and the allowed range of an annotated type."""
     return next(part for part in get_args(annotation) if isinstance(part, ValueRange))
+
+
+def is_list(text: str) -> bool:
+    """Whether a text is a list ``a, b, c unit`` or a range ``from:to:number unit``."""
+    return any(sign in _COMMA.sub("", text) for sign in ",;:")  # a comma within a number raises an error later
 
 
 def _entries(text: str) -> list[str]:

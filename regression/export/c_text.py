@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 from regression.export.printer import ATOM, LIBRARY, OR, Printer, assignments, broken, commented, number_rows, packed
-from regression.export.program import OUTPUTS, RESULTS, Program
+from regression.export.program import RESULTS, Program
 
 _RESERVED = frozenset(
     {
@@ -85,10 +85,10 @@ def c_text(program: Program, name: str) -> str:
     lines += ["", broken(f"{name}_result {name}({arguments})", ""), "{"]
     statements = []
     for variable, expression, value in assignments(program, printer):
-        kind = "int" if value.logical or variable == "flag" else "double"
+        kind = "int" if value.logical or value.name == "flag" else "double"
         kind = f"{value.operation}_results" if value.operation in RESULTS else kind
-        cast = f"(int)({expression})" if variable == "flag" else expression
+        cast = f"(int)({expression})" if value.name == "flag" else expression
         statements.append(f"const {kind} {variable} = {cast};")
     lines += packed(statements, "    ", kind="const double ")
-    lines += [f"    return ({name}_result){{{', '.join(OUTPUTS)}}};", "}", ""]
+    lines += [f"    return ({name}_result){{{', '.join(printer.outputs)}}};", "}", ""]
     return "\n".join(lines)

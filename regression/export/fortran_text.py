@@ -89,9 +89,11 @@ def fortran_text(program: Program, name: str) -> str:
     lines += [f"  use, intrinsic :: ieee_arithmetic, only: {used}"]
     lines += [f"  implicit none; private; public :: {name}", "  integer, parameter :: dp = kind(1.0d0)"]
     lines += [*_stored_rows(program), "contains"]
-    lines += [broken(f"elemental subroutine {name}({', '.join((*program.arguments, *OUTPUTS))})", "  ", end=" &")]
+    dummies = ", ".join((*program.arguments, *printer.outputs))
+    lines += [broken(f"elemental subroutine {name}({dummies})", "  ", end=" &")]
     lines += [broken(f"real(dp), intent(in) :: {', '.join(program.arguments)}", "    ", end=" &")]
-    lines += ["    real(dp), intent(out) :: mu, lower, upper; integer, intent(out) :: flag"]
+    *numbers, flag = printer.outputs
+    lines += [f"    real(dp), intent(out) :: {', '.join(numbers)}; integer, intent(out) :: {flag}"]
     for kind, logical in (("real(dp)", False), ("logical", True)):
         names = [
             printer.variable(step.name) + (f"({RESULTS[step.operation]})" if step.operation in RESULTS else "")
@@ -101,8 +103,8 @@ def fortran_text(program: Program, name: str) -> str:
         if names:
             lines += [broken(f"{kind} :: {', '.join(names)}", "    ", end=" &")]
     statements = [
-        f"{variable} = {f'int({expression})' if variable == 'flag' else expression};"
-        for variable, expression, _ in assignments(program, printer)
+        f"{variable} = {f'int({expression})' if value.name == 'flag' else expression};"
+        for variable, expression, value in assignments(program, printer)
     ]
     lines += [line.removesuffix(";") for line in packed(statements, "    ", " &")]
     lines += [f"  end subroutine {name}"]

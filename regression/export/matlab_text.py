@@ -70,7 +70,7 @@ def matlab_text(program: Program, name: str) -> str:
     """A function file; arguments are numbers or arrays that expand to one size (MATLAB R2016b, Octave 4)."""
     printer = MatlabPrinter(name)
     lines = [
-        broken(f"function [mu, lower, upper, flag] = {name}({', '.join(program.arguments)})", "", end=" ..."),
+        broken(f"function [{', '.join(printer.outputs)}] = {name}({', '.join(program.arguments)})", "", end=" ..."),
         commented(program, "%"),
     ]
     statements = [f"{variable} = {expression};" for variable, expression, _ in assignments(program, printer)]

@@ -1,18 +1,27 @@
 """Text of an expression from recorded values; operators and functions in the syntax of each language."""
 
+import keyword
 import math
 import textwrap
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 from ehl import __version__
-from regression.export.program import MEANING, RESULTS, Program
+from ehl.common.errors import InputError
+from regression.export.program import MEANING, OUTPUTS, RESULTS, Program
 from regression.export.record import COMPARISONS, FUNCTIONS, Value
 from regression.friction.conditions import UNITS
 from regression.friction.models import FrictionFlag
 
 # how tightly an operator binds; an operand that binds less tightly is put in brackets
 OR, AND, COMPARE, SUM, PRODUCT, POWER, ATOM = range(7)
+# of the written code in any language, in addition to `reserved`: a function of this name would hide them
+_WORDS = frozenset(
+    {
+        *(*RESULTS, *keyword.kwlist, "rows", "layer", "squash", "squashed", "digits", "index", "real", "len", "matmul"),
+        *("isnan", "isfinite", "size", "zeros", "numel", "mean", "sum", "min", "max", "reshape", "cellfun", "cat"),
+    }
+)
 _INFIX = {"add": (" + ", SUM), "subtract": (" - ", SUM), "multiply": (" * ", PRODUCT), "divide": (" / ", PRODUCT)}
 
 
@@ -38,6 +47,11 @@ class Printer:
 
     def __init__(self, function_name: str = "") -> None:
         self.function_name = function_name.lower()
+        self._reserved = {*FUNCTIONS, *self.functions.values(), *self.reserved}
+        self.outputs = [self.variable(name) for name in OUTPUTS]
+        if self.function_name in {*self._reserved, *_WORDS, *UNITS}:
+            hint = "The function takes the name of the file."
+            raise InputError("path", function_name, "a file name that is no word of the written code", hint)
 
     def expression(self, value: Value) -> str:
         """Text of a value from names; its own name is not used."""
@@ -45,8 +59,7 @@ class Printer:
 
     def variable(self, name: str) -> str:
         """A name as the language allows it."""
-        taken = {self.function_name, *FUNCTIONS, *self.functions.values(), *self.reserved}
-        return f"{name}_" if name.lower() in taken else name
+        return f"{name}_" if name.lower() in {self.function_name, *self._reserved} else name
 
     def number(self, number: float) -> str:
         """A number with all its digits."""

@@ -53,5 +53,6 @@ def python_text(program: Program, name: str) -> str:
     lines += ['    with np.errstate(all="ignore"):']
     statements = [f"{variable} = {expression};" for variable, expression, _ in assignments(program, printer)]
     lines += [line.removesuffix(";") for line in packed(statements, "        ", " \\")]
-    lines += ["    return mu[()], lower[()], upper[()], flag.astype(int)[()]", ""]
+    mu, lower, upper, flag = printer.outputs
+    lines += [f"    return {mu}[()], {lower}[()], {upper}[()], {flag}.astype(int)[()]", ""]
     return "\n".join(lines)

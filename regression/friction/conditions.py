@@ -155,6 +155,8 @@ def contact_points(**conditions: Unpack[PointConditions]) -> ContactState:
             "peklenik_number": max(named.lay_ratio.value, 1.0 / 3.0),
         }
         conditions = {**defaults, **conditions}
+    if {"temperature", "temperature_oil"} <= conditions.keys():
+        raise InputError("temperature", conditions["temperature"], "not together with temperature_oil")
     values = {"temperature_oil" if name == "temperature" else name: value for name, value in conditions.items()}
     for name in values:
         if name not in POINT:
@@ -163,6 +165,7 @@ def contact_points(**conditions: Unpack[PointConditions]) -> ContactState:
         if name not in values:
             raise InputError(name, None, POINT[name].expected)
     state = {name: _checked(name, value) for name, value in values.items()}
+    _check_shapes({name: numbers.shape for name, numbers in state.items() if numbers.shape})
     if (fastest := float(np.abs(state["slide_to_roll"]).max(initial=0.0))) > _COUNTER_ROLLING:
         hint = "Above 2 the surfaces move in opposite directions, beyond the validity of the friction models."
         raise InputError("slide_to_roll", fastest, "-2 to 2", hint)
@@ -172,6 +175,15 @@ def contact_points(**conditions: Unpack[PointConditions]) -> ContactState:
     steel = Material.load("steel")
     state.setdefault("effective_modulus", np.array(effective_modulus(steel, steel)))
     return ContactState.of(**state, roughness_rms_1=rough, roughness_rms_2=rough)
+
+
+def _check_shapes(shapes: Mapping[str, tuple[int, ...]]) -> None:
+    try:
+        empty = 0 in np.broadcast_shapes(*shapes.values())
+    except ValueError:
+        empty = True
+    if empty:
+        raise InputError(", ".join(shapes), tuple(shapes.values()), "arrays of one shape with at least one point")
 
 
 def _checked(name: str, value: Any) -> Array:

@@ -207,14 +207,17 @@ class Run(PathLike[str], TableResult):
         Raises
         ------
         InputError
-            The target exists or cannot be written, or the results are of different runs.
+            The target exists, has another suffix or cannot be written, or the results are of different runs.
         """
         target = Path(target)
+        kind = target.suffix.lower()
+        if kind not in (".h5", ".csv"):
+            raise InputError("target", str(target), "a file name ending in .h5 or .csv")
         if complete and not (status := self.status).complete:
             missing = status.planned - status.finished
             hint = f"{missing} of {status.planned} are missing."
             raise InputError("run", str(self.path), "a run with all its cases", hint)
-        if target.suffix == ".csv":
+        if kind == ".csv":
             dataset = self.dataset()
             dataset.save(target)
             return len(dataset)

@@ -133,8 +133,9 @@ def test_random_states_have_the_given_deviations_and_a_distribution() -> None:
     assert study.to_dict()["distribution"]["peak_to_peak"][1] == deviation
     again = misalignment_study(design, E=[5e-5], shaft_angle_error=[2e-4], samples=8)
     assert [point.E for point in again.points] == [point.E for point in study.points]
-    with refuses("E"):
-        misalignment_study(design, E=[0.0, 5e-5], samples=8)
+    for wrong in ([0.0, 5e-5], [-5e-5]):
+        with refuses("E"):
+            misalignment_study(design, E=wrong, samples=8)
     with refuses("samples"):
         efficiency.load(BEVEL).misalignment(E="0.05 mm", samples=1)
     assert efficiency.load(BEVEL).misalignment(E="0.05 mm", samples=2).figure("distribution").axes

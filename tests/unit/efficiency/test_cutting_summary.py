@@ -144,6 +144,12 @@ def test_bad_lines_are_named(text: str, field: str) -> None:
         parse_summary(text)
 
 
+def test_two_values_of_a_setting_are_refused() -> None:
+    parse_summary(SHEET + "radial setting, 4.108\n")
+    with refuses(f"line {SHEET.count(chr(10)) + 1} (radial setting)"):
+        parse_summary(SHEET + "radial setting, 4.18\n")
+
+
 def test_missing_file(tmp_path: Path) -> None:
     with refuses("summary"):
         read_summary(tmp_path / "none.csv")

@@ -5,13 +5,17 @@ Maps from few solved points: what is interpolated, how well, and when every poin
 
 import json
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from refusals import refuses
 
 import efficiency
 import efficiency.mesh
+import regression
+from efficiency.conditions.conditions import split_axes
 from efficiency.conditions.duty import DutyRow
 from efficiency.conditions.grid import Evaluator, Grid
 from efficiency.design.design import load_design
@@ -117,6 +121,7 @@ def test_grid_of_a_pair_is_the_single_run() -> None:
     assert abs(found.values()[0, 1] - single.efficiency) < 1e-5
     assert found.results[1].errors.balance < 1e-5
     assert found.axes == {"P": (5e-5,), "speed": (60.0, 125.0)}
+    assert split_axes({"torque": "100; 200 N m", "speed": "60 rad/s"}) == ({"torque": [100.0, 200.0]}, {"speed": 60.0})
 
 
 @pytest.mark.parametrize(
@@ -134,6 +139,18 @@ def test_grid_of_a_pair_is_the_single_run() -> None:
 def test_bad_axes(axes: dict[str, Any], words: str) -> None:
     with pytest.raises(InputError, match=words):
         PAIR.over(MODEL, **axes)
+
+
+def test_a_friction_model_is_a_name_a_path_or_a_model(tmp_path: Path) -> None:
+    loaded = PAIR.mesh("drive", *GRID).load(200.0)
+    formula = regression.friction_model("75w90")
+    formula.save(tmp_path / "formula.json")
+    assert loaded.efficiency(tmp_path / "formula.json").power_loss == loaded.efficiency(formula).power_loss
+    assert len(loaded.compare("constant:0.05").rows) == len(loaded.compare(["constant:0.05"]).rows)
+    with refuses("friction model"):
+        loaded.efficiency(0.05)  # type: ignore[arg-type]
+    with refuses("duty"):
+        PAIR.duty([{"torque": 100.0}], MODEL, grid=GRID)  # type: ignore[list-item]
 
 
 @pytest.mark.parametrize(

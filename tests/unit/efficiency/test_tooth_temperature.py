@@ -72,6 +72,13 @@ def test_teeth_are_warm_by_default_and_as_the_oil_on_request(friction: str) -> N
         loaded.efficiency(friction, bulk="hot")  # type: ignore[arg-type]
 
 
+def test_a_bulk_temperature_at_the_end_of_the_oil_laws_has_a_note() -> None:
+    loaded = GearPair(DESIGN).mesh("drive", 4, 9).load(100.0)
+    hot, cold = (loaded.efficiency("constant:0.05", temperature=473.0, bulk=bulk) for bulk in (None, "oil"))
+    assert hot.conditions.temperature_bulk_pinion == pytest.approx(473.15, abs=0.1)
+    assert len(set(hot.notes) - set(cold.notes)) == 1
+
+
 def test_lubrication_of_the_design_counts() -> None:
     cooling = validate(CoolingInput, {"lubrication": "submerged"})
     rises = []

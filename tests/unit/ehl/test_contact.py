@@ -5,6 +5,7 @@ import re
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from pages import read_page
@@ -79,12 +80,21 @@ def test_bodies_by_name_table_or_material() -> None:
         ({"roughness_rms_1": "0.2 um"}, "roughness_rms"),
         ({"oil": None, "temperature": None, "finish": None, "roughness_rms": None}, "oil"),
         ({"radius_equivalent": None}, "radius_equivalent"),
+        ({"temperature_oil": "80 degC"}, "temperature_oil"),
     ],
 )
 def test_errors_name_the_keyword(change: dict[str, Any], field: str) -> None:
     given = {name: value for name, value in (GIVEN | change).items() if value is not None}
     with refuses(field):
         ehl.Contact(**given)
+
+
+@pytest.mark.parametrize("kind", [np.float32, np.int64, np.float64, str, Path])
+def test_scalars_of_numpy_and_paths_of_cards(tmp_path: Path, kind: Any) -> None:
+    card = tmp_path / "card.toml"
+    ehl.Oil.load("fva3").save(card)
+    change = {"oil": kind(card)} if kind in (str, Path) else {"speed_entrainment": kind(4)}
+    assert ehl.Contact(**(GIVEN | change)).solve().status == "converged"
 
 
 def test_replace_checks_again_and_can_take_away() -> None:

@@ -136,6 +136,16 @@ def test_bad_state_values_are_refused_one_by_one() -> None:
     assert "roughness_rms_1" in path.messages[2]
 
 
+def test_contacts_are_contacts() -> None:
+    contact = ehl.Contact(
+        oil="fva3", temperature=353.15, pressure_hertz=1e9, radius_equivalent=0.01, speed_entrainment=5
+    )
+    assert len(solve_path(contact.replace(speed_entrainment=speed) for speed in (3.0, 4.0)).results) == 2
+    for wrong in (contact, [1e9], "contact.toml"):
+        with refuses("contacts"):
+            solve_path(wrong)  # type: ignore[arg-type]
+
+
 def test_lubricants_must_match() -> None:
     assert solve_path([], Lubricant(0.02, 16e-9)).results == ()
     with refuses("lubricant"):

@@ -131,6 +131,13 @@ def test_list_takes_its_unit_from_the_last_entry() -> None:
             TORQUE.check_list(text, "--torque")
 
 
+def test_remedy_names_a_unit_in_which_the_number_is_usual() -> None:
+    for number, unit in ((1.2, "GPa"), (1200.0, "MPa"), (4.9e7, "")):
+        with refuses("p") as caught:
+            ValueRange("Pa", ge=5e7, le=8e9).check(number, "p")
+        assert caught.value.hint.rpartition("'")[0].rpartition(" ")[2] == unit
+
+
 def test_range_counts_its_values_with_both_ends() -> None:
     assert TORQUE.check_list("50:200:4 N m", "--torque") == [50.0, 100.0, 150.0, 200.0]
     assert TORQUE.check_list("0.2:0.1:2kN m", "--torque") == [200.0, 100.0]

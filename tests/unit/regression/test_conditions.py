@@ -1,9 +1,11 @@
 """Local conditions of a contact point, worked out by hand from its state and its oil."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
+from refusals import refuses
 
 from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
@@ -64,6 +66,20 @@ def test_conditions_do_not_depend_on_the_direction_of_motion() -> None:
     )  # fmt: skip
     for name in ("speed_sliding", "slide_to_roll_total", "film_formula", "load_per_length"):
         assert forth[name] == pytest.approx(back[name], rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("change", "field"),
+    [
+        ({"temperature": 353.15}, "temperature"),
+        ({"speed_entrainment": []}, "speed_entrainment"),
+        ({"speed_entrainment": [1.0, 2.0], "slide_to_roll": [0.1, 0.2, 0.3]}, "speed_entrainment, slide_to_roll"),
+    ],
+)
+def test_contradicting_points_are_refused(change: dict[str, Any], field: str) -> None:
+    point = {"pressure_hertz": 1e9, "radius_equivalent": 0.012, "speed_entrainment": 4.0, "temperature_oil": 353.15}
+    with refuses(field):
+        contact_points(**point | {"slide_to_roll": 0.2} | change)
 
 
 def test_counter_rolling_is_refused() -> None:

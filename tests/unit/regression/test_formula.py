@@ -2,6 +2,9 @@
 
 import json
 import math
+import runpy
+import shutil
+import subprocess
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -319,3 +322,22 @@ def test_an_export_has_one_oil_or_the_oil_as_arguments(tmp_path: Path) -> None:
     with refuses("oil"):
         Formula.load("fva3").export(tmp_path / "mu.c", oil="fva3", oil_arguments=True)
     assert not (tmp_path / "mu.c").exists()
+
+
+@pytest.mark.parametrize("name", ["mu", "lower", "flag"])
+def test_an_exported_function_may_have_the_name_of_a_result(tmp_path: Path, name: str) -> None:
+    names = FORMULA.export(tmp_path / f"{name}.py")
+    arguments = dict(zip(names, (1.2e9, 0.012, 5.0, 0.3, 0.0, 353.15, 0.4e-6), strict=True))
+    point = FORMULA.mu(**arguments)
+    found = runpy.run_path(str(tmp_path / f"{name}.py"))[name](**arguments)
+    assert np.allclose(found, (point.mu, point.lower, point.upper, point.flag), rtol=1e-12, atol=0.0)
+    if compiler := shutil.which("gcc"):
+        FORMULA.export(tmp_path / f"{name}.c")
+        subprocess.run([compiler, "-std=c99", "-fsyntax-only", tmp_path / f"{name}.c"], check=True)
+
+
+@pytest.mark.parametrize("file", ["for.c", "exp.c", "guard.c", "np.py", "lambda.py", "roughness_rms.f90", "mean.m"])
+def test_an_exported_function_hides_no_word_of_its_code(tmp_path: Path, file: str) -> None:
+    with refuses("path"):
+        FORMULA.export(tmp_path / file)
+    assert not (tmp_path / file).exists()

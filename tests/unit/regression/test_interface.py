@@ -31,6 +31,8 @@ def test_a_sweep_in_one_line_and_all_that_follows_from_it(tmp_path: Path) -> Non
     assert (again.reports[0].resumed, again.reports[0].converged) == (16, 0)
     assert regression.load_dataset(run).data_hash == regression.Run(tmp_path / "run").dataset().data_hash
     assert run.merge(tmp_path / "cases.csv") == run.merge(tmp_path / "cases.h5") == 16
+    with refuses("target"):
+        run.merge(tmp_path / "cases.txt")
     for result in (plan, run, run.status, run.dataset()):
         for name in ("page.html", "tables.xlsx", "first.csv", "all.json"):
             assert result.report(tmp_path / name).stat().st_size > 0
