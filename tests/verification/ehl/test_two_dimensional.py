@@ -83,6 +83,21 @@ def test_side_flow_has_no_mean_exchange_at_the_end_of_a_run(rms: float, length: 
     assert run.exchange_error == pytest.approx(0.15 * run.net_exchange * (1.0 - run.asperity_load_share))
 
 
+@pytest.mark.parametrize("gamma", [0.5, 1.0])
+def test_a_thick_film_without_marks_across_is_nearly_that_of_smooth_surfaces(gamma: float) -> None:
+    """A film ratio of 4.1, isothermal. Flow factors of Patir & Cheng change the film by less than 3 % there."""
+    state = {
+        "oil": "fva3", "temperature": "60 degC", "pressure_hertz": "0.9 GPa", "radius_equivalent": "10 mm",
+        "speed_entrainment": 10.0, "slide_to_roll": 0.3, "thermal": "off", "accuracy": "fast",
+    }  # fmt: skip
+    surfaces = {"roughness_rms": "0.35 um", "correlation_length": "10 um", "peklenik_number": gamma}
+    smooth, rough = Contact(**state).solve(), Contact(**state, **surfaces).solve()
+    assert rough.transient is not None
+    assert rough.transient.film_mean == pytest.approx(smooth.film_central, rel=0.05)
+    assert rough.friction_coefficient == pytest.approx(smooth.friction_coefficient, rel=0.005)
+    assert rough.transient.net_exchange < 0.08
+
+
 @pytest.mark.parametrize(("gamma", "noted"), [(0.5, True), (1.0, False)])
 def test_marks_along_the_motion_are_outside_of_what_was_confirmed(gamma: float, noted: bool) -> None:
     found = Contact(
