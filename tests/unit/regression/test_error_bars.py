@@ -1,0 +1,104 @@
+"""Error estimates of fits: samples whose scatter, standard error or coverage is known."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.signal import lfilter
+
+from regression.calibration import robust
+from regression.calibration.determination import determination_of, intervals_by_errors
+from regression.calibration.search import Fit, Target
+from regression.fitting.coefficients import Coefficients, _nonlinear_fit, linear_fit
+from regression.fitting.fit import _width_of_oils_left_out
+from regression.friction.conditions import UNITS
+from regression.friction.families import POWER_LAW, Family
+from regression.friction.network import Network
+
+# Anscombe (1973), first set: 3.00 (1.1247) + 0.500 (0.1179) x
+ANSCOMBE = np.array([8.04, 6.95, 7.58, 8.81, 8.33, 9.96, 7.24, 4.26, 10.84, 4.82, 5.68])
+X = np.array([10.0, 8.0, 13.0, 9.0, 11.0, 14.0, 6.0, 4.0, 12.0, 7.0, 5.0])
+TERMS = ("constant", "slope")
+
+
+def _nonlinear(y: np.ndarray) -> Coefficients:
+    """A thousandth of the values, whose residuals are far below the limit of the robust loss."""
+    ends = {"start": (1e-3, 1e-3), "lower": (-1.0, -1.0), "upper": (1.0, 1.0)}
+    line = Family("line", "", "", TERMS, (), lambda table, k, _: k["constant"] + k["slope"] * table["x"], **ends)
+    return _nonlinear_fit(line, {"x": X}, 1e-3 * y, np.ones(y.size), 0.1, None, None)
+
+
+@pytest.mark.parametrize(
+    ("fit", "unit"), [(lambda y: linear_fit(TERMS, np.column_stack([np.ones(11), X]), y), 1.0), (_nonlinear, 1e-3)]
+)
+def test_standard_errors_of_a_straight_line(fit: Any, unit: float) -> None:
+    found = fit(ANSCOMBE)
+    assert found.values == pytest.approx({"constant": 3.0001 * unit, "slope": 0.50009 * unit}, rel=1e-4)
+    assert found.standard_errors == pytest.approx({"constant": 1.1247 * unit, "slope": 0.11791 * unit}, rel=1e-3)
+
+
+def test_variance_inflation_of_two_correlated_variables() -> None:
+    """A correlation of 0.6 inflates both variances by 1/(1 - 0.36)."""
+    one, other = np.array([1.0, -1.0, 1.0, -1.0]), np.array([1.0, 1.0, -1.0, -1.0])
+    design = np.column_stack([np.ones(4), one, 0.6 * one + 0.8 * other])
+    found = linear_fit(("constant", "a", "b"), design, np.array([1.0, 2.0, 4.0, 3.0]))
+    assert found.variance_inflation == pytest.approx({"a": 1.5625, "b": 1.5625})
+
+
+def _networks(*outputs: tuple[float, float], noise: float = 0.0) -> Network:
+    """A network for each pair of outputs, which do not depend on its input."""
+    members = tuple(((0, 0), (0, 0), (0, round(1e3 * a)), (0, round(1e3 * b))) for a, b in outputs)
+    ends = {"mean": (math.log(1e9),), "scale": (1.0,), "low": (-1.0,), "high": (1.0,)}
+    return Network(variables=("pressure_hertz",), members=members, noise=noise, **ends)
+
+
+@pytest.mark.parametrize("share", [0.02, 0.3, 0.9])
+@pytest.mark.parametrize("slope", [(1.0, 0.0), (0.0, 1.0), (1.0, 0.7), (1.0, -0.7)])
+def test_scatter_of_networks_is_that_of_the_friction_by_each(share: float, slope: tuple[float, float]) -> None:
+    """Standard deviation of ln mu over the members to first order in their scatter; the noise in quadrature."""
+    outputs = [(0.4 + size * slope[0], -0.2 + size * slope[1]) for size in (-0.01, -0.004, 0.002, 0.012)]
+    case = np.full(2, share), np.full(2, 0.03), {"pressure_hertz": np.full(2, 1e9)}, 0.1
+    alone = [_networks(pair).corrected(*case)[0][0] for pair in outputs]
+    scatter = _networks(*outputs).corrected(*case)[1][1]
+    assert scatter == pytest.approx(np.std(np.log(alone)), rel=0.05)
+    assert _networks(*outputs, noise=0.02).corrected(*case)[1][1] == pytest.approx(math.hypot(scatter, 0.02))
+
+
+def test_width_of_oils_left_out() -> None:
+    """ln mu 0, 0.1 and 0.3 above a power law: without an oil the mean of the others, 0.2, 0.05 and 0.25 away."""
+    rng, names = np.random.default_rng(4), ("75w90", "fva3", "pao220")
+    frame = pd.DataFrame({name: np.exp(rng.uniform(-1.0, 1.0, 60)) for name in UNITS})
+    frame = pd.concat([frame] * 3, ignore_index=True).assign(oil=np.repeat(names, 60), boundary_friction=0.1)
+    offset = np.repeat([0.0, 0.1, 0.3], 60)
+    frame["friction_coefficient"] = 0.05 * frame["pressure_hertz"] ** 0.4 * np.exp(offset)
+    found = _width_of_oils_left_out(POWER_LAW, frame, "plan", network=False, jobs=1)
+    assert found == pytest.approx(0.25, rel=1e-9)
+    two = frame[frame["oil"] != "fva3"]
+    assert _width_of_oils_left_out(POWER_LAW, two, "plan", network=False, jobs=1) is None
+
+
+@pytest.mark.parametrize(("stated", "memory"), [(True, 0.0), (False, 0.0), (False, 0.5)])
+def test_intervals_of_a_calibration_cover_as_they_state(stated: bool, memory: float) -> None:
+    """A level and a slope by least squares from 200 rows of one curve whose noise has this correlation of neighbours.
+
+    Over 200 draws their scatter over the stated standard error is known to 1/sqrt(400), 5 %.
+    """
+    rng, rows, sigma = np.random.default_rng(7), 200, 0.002
+    jacobian = np.column_stack([np.full(rows, 0.04), 0.02 * np.linspace(-1.0, 1.0, rows)])
+    names, truth = ("eyring_stress", "boundary_friction"), np.log([5e6, 0.1])
+    nothing: Any = None
+    scores = []
+    for _ in range(200):
+        noise = lfilter([math.sqrt(1.0 - memory**2)], [1.0, -memory], sigma * rng.standard_normal(rows + 20))[20:]
+        change = np.linalg.lstsq(jacobian, noise)[0]
+        target = Target(noise, np.full(rows, sigma if stated else 1.0), np.ones(rows, dtype=bool), stated)
+        residuals = target.residuals(jacobian @ change)
+        level = robust.noise_of(residuals, 2, stated=stated, tuned_to=target.scale(residuals, 2))
+        values = dict(zip(names, np.exp(truth + change), strict=True))
+        fit = Fit(names, values, jacobian @ change, jacobian, nothing, 1.0, 0.0, 1, ())
+        intervals = intervals_by_errors(fit, level, determination_of(fit, target, level, ("a",) * rows))
+        scores.append([c / (each.half_width / level.quantile) for c, each in zip(change, intervals, strict=True)])
+        assert level.quantile == pytest.approx(1.96, rel=0.01)
+    assert np.std(scores, axis=0) == pytest.approx(np.ones(2), abs=0.15)
