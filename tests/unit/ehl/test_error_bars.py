@@ -33,6 +33,7 @@ from ehl.rough.mixed import film_stress_ratio, roughness_effect
 from ehl.rough.multilevel import MeshLevels
 from ehl.rough.solve import _status
 from ehl.smooth import hot_film, refine, thermal
+from ehl.smooth.continuation import PathReport
 from ehl.smooth.newton import Numbers
 from ehl.smooth.refine import extrapolate
 from ehl.smooth.solver import solve_steady
@@ -76,6 +77,32 @@ def test_error_of_third_order_is_twice_the_true_one() -> None:
     assert found.values[0] == pytest.approx(1.0 - e / 48.0, rel=1e-14)
     guards = 0.002 * e * (1 / 8 - 1 / 64) + 5e-7 * found.values[0]
     assert found.errors[0] - guards == pytest.approx(2.0 * e / 48.0, rel=1e-10)
+
+
+@pytest.mark.parametrize(("power", "times"), [(0.5, 2.0 * (math.sqrt(3.0) - 1.0)), (1.0, 4.0)])
+def test_error_of_a_rounded_spike_bounds_laws_of_the_rounding(
+    monkeypatch: pytest.MonkeyPatch, power: float, times: float
+) -> None:
+    """Outputs 1 + k 0.01 (rounding)^power are wrong by k 0.01 (rounding)^power; the change to three times is larger."""
+
+    def level(gamma: float) -> Any:
+        return SimpleNamespace(
+            scaled=SimpleNamespace(gamma=gamma, rounded=lambda factor: level(0.04 * factor)), grid=0, unknowns=0,
+            gamma=gamma, iterations=3,
+        )  # fmt: skip
+
+    monkeypatch.setattr(refine, "solve_level", lambda grid, contact, guess, **rest: contact)
+    monkeypatch.setattr(
+        refine,
+        "numbers_of",
+        lambda at, shear: Numbers(*[1.0 + 0.01 * k * at.gamma**power for k in range(7)]),
+    )
+    near, report, shear = level(0.04), PathReport(), SimpleNamespace()
+    found = refine.rounding_errors(level(0.0).scaled, near, shear, report)  # type: ignore[arg-type]
+    true = 0.01 * np.arange(7) * 0.04**power
+    np.testing.assert_allclose(found, times * true, rtol=1e-9)
+    assert report.iterations == 3
+    assert not refine.rounding_errors(near.scaled, near, shear, report).any()  # type: ignore[arg-type]
 
 
 def test_reported_errors_are_those_of_the_grids(monkeypatch: pytest.MonkeyPatch) -> None:

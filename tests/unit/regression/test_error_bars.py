@@ -11,7 +11,7 @@ from scipy.signal import lfilter
 from regression.calibration import robust
 from regression.calibration.determination import determination_of, intervals_by_errors
 from regression.calibration.search import Fit, Target
-from regression.fitting.coefficients import Coefficients, _nonlinear_fit, linear_fit
+from regression.fitting.coefficients import _nonlinear_fit, linear_fit
 from regression.fitting.fit import _width_of_oils_left_out
 from regression.friction.conditions import UNITS
 from regression.friction.families import POWER_LAW, Family
@@ -23,20 +23,31 @@ X = np.array([10.0, 8.0, 13.0, 9.0, 11.0, 14.0, 6.0, 4.0, 12.0, 7.0, 5.0])
 TERMS = ("constant", "slope")
 
 
-def _nonlinear(y: np.ndarray) -> Coefficients:
-    """A thousandth of the values, whose residuals are far below the limit of the robust loss."""
-    ends = {"start": (1e-3, 1e-3), "lower": (-1.0, -1.0), "upper": (1.0, 1.0)}
-    line = Family("line", "", "", TERMS, (), lambda table, k, _: k["constant"] + k["slope"] * table["x"], **ends)
-    return _nonlinear_fit(line, {"x": X}, 1e-3 * y, np.ones(y.size), 0.1, None, None)
+def test_standard_errors_of_a_straight_line() -> None:
+    found = linear_fit(TERMS, np.column_stack([np.ones(11), X]), ANSCOMBE)
+    assert found.values == pytest.approx({"constant": 3.0001, "slope": 0.50009}, rel=1e-4)
+    assert found.standard_errors == pytest.approx({"constant": 1.1247, "slope": 0.11791}, rel=1e-3)
 
 
-@pytest.mark.parametrize(
-    ("fit", "unit"), [(lambda y: linear_fit(TERMS, np.column_stack([np.ones(11), X]), y), 1.0), (_nonlinear, 1e-3)]
-)
-def test_standard_errors_of_a_straight_line(fit: Any, unit: float) -> None:
-    found = fit(ANSCOMBE)
-    assert found.values == pytest.approx({"constant": 3.0001 * unit, "slope": 0.50009 * unit}, rel=1e-4)
-    assert found.standard_errors == pytest.approx({"constant": 1.1247 * unit, "slope": 0.11791 * unit}, rel=1e-3)
+@pytest.mark.parametrize("with_parts", [False, True])
+def test_standard_errors_of_a_nonlinear_fit_count_a_case_once(with_parts: bool) -> None:
+    """ln mu = a + b x with x = +-1 and residuals of +-s orthogonal to both: s/sqrt(8 - 2).
+
+    The film friction of all of mu repeats these residuals, and gives no further information.
+    """
+    x, wave = np.tile([1.0, -1.0, 1.0, -1.0], 2), np.tile([1.0, 1.0, -1.0, -1.0], 2)
+    target = -3.0 + 0.2 * x + 1e-3 * wave
+    ends: Any = {"start": (-2.0, 0.1), "lower": (-9.0, -9.0), "upper": (9.0, 9.0)}
+
+    def log_mu(table: Any, k: Any, _: float = 0.1) -> Any:
+        return k["constant"] + k["slope"] * table["x"]
+
+    parts = (lambda table, k: (np.zeros(8), np.exp(log_mu(table, k)))) if with_parts else None
+    line = Family("line", "", "", TERMS, (), log_mu, parts=parts, **ends)
+    near = {"constant": -2.9, "slope": 0.1}
+    found = _nonlinear_fit(line, {"x": x}, target, np.ones(8), 0.1, (np.zeros(8), np.exp(target)), near)
+    assert found.values == pytest.approx({"constant": -3.0, "slope": 0.2}, abs=1e-5)
+    assert found.standard_errors == pytest.approx(dict.fromkeys(TERMS, 1e-3 / math.sqrt(6.0)), rel=2e-3)
 
 
 def test_variance_inflation_of_two_correlated_variables() -> None:
