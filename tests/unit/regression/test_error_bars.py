@@ -1,6 +1,7 @@
 """Error estimates of fits: samples whose scatter, standard error or coverage is known."""
 
 import math
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -12,21 +13,24 @@ from regression.calibration import robust
 from regression.calibration.determination import determination_of, intervals_by_errors
 from regression.calibration.search import Fit, Target
 from regression.fitting.coefficients import _nonlinear_fit, linear_fit
-from regression.fitting.fit import _width_of_oils_left_out
+from regression.fitting.fit import _width_of_oils_left_out, _with_noise, interval_of, ratio_of_means
 from regression.friction.conditions import UNITS
 from regression.friction.families import POWER_LAW, Family
 from regression.friction.network import Network
 
-# Anscombe (1973), first set: 3.00 (1.1247) + 0.500 (0.1179) x
-ANSCOMBE = np.array([8.04, 6.95, 7.58, 8.81, 8.33, 9.96, 7.24, 4.26, 10.84, 4.82, 5.68])
-X = np.array([10.0, 8.0, 13.0, 9.0, 11.0, 14.0, 6.0, 4.0, 12.0, 7.0, 5.0])
+ODD, PAIRS = np.array([1.0, -1.0, 1.0, -1.0]), np.array([1.0, 1.0, -1.0, -1.0])
 TERMS = ("constant", "slope")
 
 
 def test_standard_errors_of_a_straight_line() -> None:
-    found = linear_fit(TERMS, np.column_stack([np.ones(11), X]), ANSCOMBE)
-    assert found.values == pytest.approx({"constant": 3.0001, "slope": 0.50009}, rel=1e-4)
+    """Anscombe (1973), first set: 3.00 (1.1247) + 0.500 (0.1179) x. A correlation of 0.6 inflates by 1/(1 - 0.36)."""
+    y = np.array([8.04, 6.95, 7.58, 8.81, 8.33, 9.96, 7.24, 4.26, 10.84, 4.82, 5.68])
+    x = np.array([10.0, 8.0, 13.0, 9.0, 11.0, 14.0, 6.0, 4.0, 12.0, 7.0, 5.0])
+    found = linear_fit(TERMS, np.column_stack([np.ones(11), x]), y)
     assert found.standard_errors == pytest.approx({"constant": 1.1247, "slope": 0.11791}, rel=1e-3)
+    both = np.column_stack([np.ones(4), ODD, 0.6 * ODD + 0.8 * PAIRS])
+    inflated = linear_fit(("constant", "a", "b"), both, np.array([1.0, 2.0, 4.0, 3.0])).variance_inflation
+    assert inflated == pytest.approx({"a": 1.5625, "b": 1.5625})
 
 
 @pytest.mark.parametrize("with_parts", [False, True])
@@ -35,27 +39,15 @@ def test_standard_errors_of_a_nonlinear_fit_count_a_case_once(with_parts: bool) 
 
     The film friction of all of mu repeats these residuals, and gives no further information.
     """
-    x, wave = np.tile([1.0, -1.0, 1.0, -1.0], 2), np.tile([1.0, 1.0, -1.0, -1.0], 2)
-    target = -3.0 + 0.2 * x + 1e-3 * wave
-    ends: Any = {"start": (-2.0, 0.1), "lower": (-9.0, -9.0), "upper": (9.0, 9.0)}
+    x, target = np.tile(ODD, 2), np.tile(-3.0 + 0.2 * ODD + 1e-3 * PAIRS, 2)
 
     def log_mu(table: Any, k: Any, _: float = 0.1) -> Any:
         return k["constant"] + k["slope"] * table["x"]
 
     parts = (lambda table, k: (np.zeros(8), np.exp(log_mu(table, k)))) if with_parts else None
-    line = Family("line", "", "", TERMS, (), log_mu, parts=parts, **ends)
-    near = {"constant": -2.9, "slope": 0.1}
-    found = _nonlinear_fit(line, {"x": x}, target, np.ones(8), 0.1, (np.zeros(8), np.exp(target)), near)
-    assert found.values == pytest.approx({"constant": -3.0, "slope": 0.2}, abs=1e-5)
+    line = Family("line", "", "", TERMS, (), log_mu, None, (-2.0, 0.1), (-9.0, -9.0), (9.0, 9.0), parts)
+    found = _nonlinear_fit(line, {"x": x}, target, np.ones(8), 0.1, (np.zeros(8), np.exp(target)), None)
     assert found.standard_errors == pytest.approx(dict.fromkeys(TERMS, 1e-3 / math.sqrt(6.0)), rel=2e-3)
-
-
-def test_variance_inflation_of_two_correlated_variables() -> None:
-    """A correlation of 0.6 inflates both variances by 1/(1 - 0.36)."""
-    one, other = np.array([1.0, -1.0, 1.0, -1.0]), np.array([1.0, 1.0, -1.0, -1.0])
-    design = np.column_stack([np.ones(4), one, 0.6 * one + 0.8 * other])
-    found = linear_fit(("constant", "a", "b"), design, np.array([1.0, 2.0, 4.0, 3.0]))
-    assert found.variance_inflation == pytest.approx({"a": 1.5625, "b": 1.5625})
 
 
 def _networks(*outputs: tuple[float, float], noise: float = 0.0) -> Network:
@@ -77,6 +69,15 @@ def test_scatter_of_networks_is_that_of_the_friction_by_each(share: float, slope
     assert _networks(*outputs, noise=0.02).corrected(*case)[1][1] == pytest.approx(math.hypot(scatter, 0.02))
 
 
+def test_correction_decreases_to_half_an_eighth_of_the_range_outside() -> None:
+    """The range of ln p is 2, the correction ends a quarter of it outside."""
+    parts = np.full(1, 0.3), np.full(1, 0.03)
+    outside = {"pressure_hertz": np.array([1e9 * math.exp(1.25)])}
+    found = _networks((0.4, -0.2)).corrected(*parts, outside, 0.1)[0]
+    inside = _networks((0.2, -0.1)).corrected(*parts, {"pressure_hertz": np.array([1e9])}, 0.1)[0]
+    assert found == pytest.approx(inside)
+
+
 def test_width_of_oils_left_out() -> None:
     """ln mu 0, 0.1 and 0.3 above a power law: without an oil the mean of the others, 0.2, 0.05 and 0.25 away."""
     rng, names = np.random.default_rng(4), ("75w90", "fva3", "pao220")
@@ -88,6 +89,37 @@ def test_width_of_oils_left_out() -> None:
     assert found == pytest.approx(0.25, rel=1e-9)
     two = frame[frame["oil"] != "fva3"]
     assert _width_of_oils_left_out(POWER_LAW, two, "plan", network=False, jobs=1) is None
+
+
+def _cases(count: int, seed: int) -> tuple[np.random.Generator, pd.DataFrame, np.ndarray]:
+    """Film ratios over all bands with a friction of 0.05, and deviations of ln mu over a factor of ten."""
+    rng = np.random.default_rng(seed)
+    ratio = np.exp(rng.uniform(math.log(0.1), math.log(10.0), count))
+    frame = pd.DataFrame({"film_ratio_formula": ratio, "friction_coefficient": np.full(count, 0.05)})
+    return rng, frame, np.exp(rng.uniform(math.log(0.02), math.log(0.2), count))
+
+
+def test_noise_of_networks_and_their_widths() -> None:
+    """Double exponential errors of the scatter and a noise of 0.05: 90 % are within ln 10 of their scale."""
+    rng, frame, scatter = _cases(8000, 3)
+    error = rng.exponential(np.hypot(scatter, 0.05))
+    noise, deviation = _with_noise(error, scatter)
+    assert noise == pytest.approx(0.05, rel=0.15)  # the trials are 12 % apart
+    assert deviation == pytest.approx(np.hypot(scatter, noise))
+    found = interval_of(frame, error, deviation=deviation, of_means=0.5)
+    assert found.log_width == pytest.approx(0.5 * math.log(10.0), rel=0.03)
+    assert [band.log_width for band in found.bands] == pytest.approx([0.5 * math.log(10.0)] * 4, rel=0.1)
+    assert found.largest == error.max()
+    assert np.mean(error <= found.near) == pytest.approx(0.9, abs=1e-3)  # of all, as none is extrapolated
+
+
+def test_means_over_sixteen_profiles_scatter_by_a_quarter(monkeypatch: pytest.MonkeyPatch) -> None:
+    rng, frame, scatter = _cases(4000, 5)
+    monkeypatch.setattr("regression.fitting.fit.expected_rows", lambda rows: rows)
+    single, mean = (0.05 * np.exp(size * scatter * rng.standard_normal(4000)) for size in (1.0, 0.25))
+    form: Any = SimpleNamespace(friction=lambda rows: (mean, scatter))
+    held_out: Any = SimpleNamespace(mu=single, deviation=scatter)
+    assert ratio_of_means(form, frame, held_out, frame) == pytest.approx(0.25, rel=0.08)
 
 
 @pytest.mark.parametrize(("stated", "memory"), [(True, 0.0), (False, 0.0), (False, 0.5)])
