@@ -101,8 +101,22 @@ AREAS: dict[str, tuple[dict[str, str], tuple[str, ...]]] = {
             "regression/calibration/robust.py": "",
         },
         (
-            *(f"tests/unit/regression/test_{name}.py" for name in ("conformal", "noise", "fit", "formula")),
+            *(
+                f"tests/unit/regression/test_{name}.py"
+                for name in ("error_bars", "conformal", "noise", "fit", "formula")
+            ),
+            *(
+                f"tests/unit/regression/test_fit_checks.py::{name}"
+                for name in (
+                    "test_interval_of_means_over_profiles_is_narrower",
+                    "test_corners_lie_beside_the_cloud_and_state_their_coverage",
+                    "test_band_table_is_that_of_plain_numpy",
+                    "test_interval_of_an_oil_that_was_not_fitted",
+                )
+            ),
             "tests/unit/regression/test_calibration_parts.py",
+            "tests/verification/regression/test_recovery.py",
+            "tests/golden/test_golden.py",
         ),
     ),
     "loss": (

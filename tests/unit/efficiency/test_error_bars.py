@@ -18,9 +18,10 @@ from samples import OPERATION, tiny_load
 import efficiency
 from efficiency.conditions.duty import DutyRow
 from efficiency.loss import ehl_friction as module
+from efficiency.loss.contact_sample import remoteness
 from efficiency.loss.efficiency import LoadedGrids, mesh_efficiency, solve_balanced
 from efficiency.loss.efficiency_result import EfficiencyResult
-from efficiency.loss.ehl_friction import EhlFriction, Solved, _friction
+from efficiency.loss.ehl_friction import EhlFriction, Solved, _friction, _left_open
 from efficiency.loss.friction_equilibrium import balance_error
 from efficiency.loss.kinematics import LoadedPoints, Operation, loaded_points
 from efficiency.loss.lubrication import warmed
@@ -105,6 +106,22 @@ def test_error_of_the_mean_over_solved_contacts_by_hand() -> None:
     np.testing.assert_allclose(found.upper - mu, scatter + bias, rtol=1e-12)
     np.testing.assert_allclose(mu - found.lower, scatter + bias, rtol=1e-12)
     assert np.all(found.flag == FrictionFlag.OK)
+
+
+def test_error_of_sampled_contacts_is_the_scatter_of_their_mean() -> None:
+    """Two standard deviations of the mean over 200 points, by 50 draws of the scatter of 40 contacts."""
+    rng = np.random.default_rng(8)
+    place, power, chosen = rng.uniform(size=(200, 2)), rng.uniform(0.5, 1.5, 200), np.arange(40)
+    means, errors = [], []
+    for _ in range(50):
+        mu = 0.05 + 0.01 * place[:40, 0] + 0.003 * rng.standard_normal(40)
+        contacts = solved(mu, np.zeros(40), np.zeros(40))
+        found, error = _friction(place, power, chosen, contacts), _left_open(place, power, chosen, contacts)[0]
+        assert found.mean_error == pytest.approx(error)
+        means.append(float(np.average(found.mu, weights=power)))
+        errors.append(error * means[-1])
+    assert np.mean(errors) == pytest.approx(2.0 * np.std(means), rel=0.3)
+    assert remoteness(np.array([[0.5], [4.0]]), np.array([[0.0], [1.0], [2.0]])) == pytest.approx([1.0, 2.0])
 
 
 def test_a_contact_keeps_chance_and_bias_apart(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,7 +12,7 @@ from scipy.signal import lfilter
 from regression.calibration import robust
 from regression.calibration.determination import determination_of, intervals_by_errors
 from regression.calibration.search import Fit, Target
-from regression.fitting.coefficients import _nonlinear_fit, linear_fit
+from regression.fitting.coefficients import _nonlinear_fit
 from regression.fitting.fit import _width_of_oils_left_out, _with_noise, interval_of, ratio_of_means
 from regression.friction.conditions import UNITS
 from regression.friction.families import POWER_LAW, Family
@@ -20,17 +20,6 @@ from regression.friction.network import Network
 
 ODD, PAIRS = np.array([1.0, -1.0, 1.0, -1.0]), np.array([1.0, 1.0, -1.0, -1.0])
 TERMS = ("constant", "slope")
-
-
-def test_standard_errors_of_a_straight_line() -> None:
-    """Anscombe (1973), first set: 3.00 (1.1247) + 0.500 (0.1179) x. A correlation of 0.6 inflates by 1/(1 - 0.36)."""
-    y = np.array([8.04, 6.95, 7.58, 8.81, 8.33, 9.96, 7.24, 4.26, 10.84, 4.82, 5.68])
-    x = np.array([10.0, 8.0, 13.0, 9.0, 11.0, 14.0, 6.0, 4.0, 12.0, 7.0, 5.0])
-    found = linear_fit(TERMS, np.column_stack([np.ones(11), x]), y)
-    assert found.standard_errors == pytest.approx({"constant": 1.1247, "slope": 0.11791}, rel=1e-3)
-    both = np.column_stack([np.ones(4), ODD, 0.6 * ODD + 0.8 * PAIRS])
-    inflated = linear_fit(("constant", "a", "b"), both, np.array([1.0, 2.0, 4.0, 3.0])).variance_inflation
-    assert inflated == pytest.approx({"a": 1.5625, "b": 1.5625})
 
 
 @pytest.mark.parametrize("with_parts", [False, True])
