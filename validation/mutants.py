@@ -60,13 +60,16 @@ AREAS: dict[str, tuple[dict[str, str], tuple[str, ...]]] = {
             "ehl/rough/solve.py": "exchange_error",
             "ehl/rough/transient_result.py": "friction_error",
             "ehl/rough/mixed.py": "roughness_effect _viscous film_stress_ratio _subgrid_error _with_subgrid_film",
-            "ehl/rough/dry_limit.py": "",
+            "ehl/rough/dry_limit.py": "share_deficit dry_limit left_out",
             "ehl/smooth/hot_film.py": "_changes change",
             "ehl/heat/estimate.py": "",
             "ehl/elastic_shear.py": "",
             "ehl/validity.py": "checked friction_above_limit_temperature limits_of _limits_of_oil _limits_of_heat",
         },
-        tuple(f"tests/unit/ehl/test_{name}.py" for name in ("error_bars", "heat", "acceptance")),
+        (
+            *(f"tests/unit/ehl/test_{name}.py" for name in ("error_bars", "heat", "acceptance")),
+            "tests/verification/ehl/test_elastic_shear.py",
+        ),
     ),
     "inputs": (
         {

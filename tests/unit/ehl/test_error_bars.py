@@ -598,6 +598,7 @@ def test_roughness_left_out_of_a_thick_film_is_added_to_the_error() -> None:
     assert result.transient is None
     ratio = film_stress_ratio(smooth.friction_fluid, rough.line_contact(), rough.lubricant.lubricant())
     expected = smooth.friction_error + roughness_effect(9.0, ratio)
+    assert film_stress_ratio(0.0, rough.line_contact(), rough.lubricant.lubricant()) == math.inf
     assert result.friction_error == pytest.approx(expected, rel=1e-9)
 
 
