@@ -118,7 +118,8 @@ AREAS: dict[str, tuple[dict[str, str], tuple[str, ...]]] = {
                 )
             ),
             "tests/unit/regression/test_calibration_parts.py",
-            "tests/verification/regression/test_recovery.py",
+            *(f"tests/verification/regression/test_{name}.py" for name in ("recovery", "sensitivity")),
+            "tests/unit/regression/test_families.py",
             "tests/golden/test_golden.py",
         ),
     ),

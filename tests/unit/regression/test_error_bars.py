@@ -10,7 +10,13 @@ import pytest
 from scipy.signal import lfilter
 
 from regression.calibration import robust
-from regression.calibration.determination import determination_of, intervals_by_errors
+from regression.calibration.determination import (
+    MAX_PROFILE,
+    ParameterInterval,
+    _Side,
+    determination_of,
+    intervals_by_errors,
+)
 from regression.calibration.search import Fit, Target
 from regression.fitting.coefficients import _nonlinear_fit
 from regression.fitting.fit import _width_of_oils_left_out, _with_noise, interval_of, ratio_of_means
@@ -109,6 +115,22 @@ def test_means_over_sixteen_profiles_scatter_by_a_quarter(monkeypatch: pytest.Mo
     form: Any = SimpleNamespace(friction=lambda rows: (mean, scatter))
     held_out: Any = SimpleNamespace(mu=single, deviation=scatter)
     assert ratio_of_means(form, frame, held_out, frame) == pytest.approx(0.25, rel=0.08)
+
+
+@pytest.mark.parametrize(("first", "power"), [(0.1, 1.0), (0.59, 1.0), (2.0, 1.0), (0.4, 0.8), (0.7, 1.3)])
+def test_end_of_a_profile_whose_root_is_a_power_of_the_step(first: float, power: float) -> None:
+    """The root is (step/0.3)^power, and 1.96 at the end; a root that stays small gives no end."""
+    side, flat = _Side(0, 1.0, first, 10.0), _Side(0, 1.0, first, 10.0)
+    for _ in range(MAX_PROFILE):
+        if not side.done:
+            side.root = (side.size / 0.3) ** power
+            side.follow(1.96)
+        flat.root = 0.1
+        flat.follow(1.96)
+    assert side.done
+    assert side.end == pytest.approx(0.3 * 1.96 ** (1.0 / power), rel=0.03)
+    assert flat.end == math.inf
+    assert ParameterInterval(1.0, 3.0).widened(2.5, 2.0) == ParameterInterval(-0.5, 3.5)
 
 
 @pytest.mark.parametrize(("stated", "memory"), [(True, 0.0), (False, 0.0), (False, 0.5)])
