@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 from scipy.signal import lfilter
 
+from ehl.uncertainty.spread import UncertaintyInput
 from regression.calibration import robust
 from regression.calibration.determination import (
     MAX_PROFILE,
@@ -23,6 +24,7 @@ from regression.fitting.fit import _width_of_oils_left_out, _with_noise, interva
 from regression.friction.conditions import UNITS
 from regression.friction.families import POWER_LAW, Family
 from regression.friction.network import Network
+from regression.friction.uncertainty import _lateral_error
 
 ODD, PAIRS = np.array([1.0, -1.0, 1.0, -1.0]), np.array([1.0, 1.0, -1.0, -1.0])
 TERMS = ("constant", "slope")
@@ -131,6 +133,13 @@ def test_end_of_a_profile_whose_root_is_a_power_of_the_step(first: float, power:
     assert side.end == pytest.approx(0.3 * 1.96 ** (1.0 / power), rel=0.03)
     assert flat.end == math.inf
     assert ParameterInterval(1.0, 3.0).widened(2.5, 2.0) == ParameterInterval(-0.5, 3.5)
+
+
+def test_error_of_the_rough_model_lies_on_both_sides() -> None:
+    spreads = UncertaintyInput.none(rough_contact_model=0.08)
+    (found,) = _lateral_error(spreads, np.array([0.5, 2.0, 5.0]), 2.0, True)
+    assert found.above == pytest.approx([0.16, 0.04, 0.0])
+    assert found.below == pytest.approx([-0.16, -0.04, 0.0])
 
 
 @pytest.mark.parametrize(("stated", "memory"), [(True, 0.0), (False, 0.0), (False, 0.5)])
