@@ -352,10 +352,10 @@ def _nonlinear_fit(
     }
     scale = np.linalg.norm(jacobian[:, free], axis=0)
     scaled = jacobian[:, free] / scale
-    rest = residual(x)
-    variance = float(rest @ rest) / max(len(rest) - len(free), 1)
-    covariance = np.linalg.pinv(scaled.T @ scaled)
-    errors = np.sqrt(variance * np.diag(covariance)) / scale
+    # the residuals of mu and of its parts in one case are dependent: sandwich estimator with the cases as clusters
+    cases, covariance = target.size, np.linalg.pinv(scaled.T @ scaled)
+    score = (residual(x)[:, None] * scaled).reshape(-1, cases, free.size).sum(axis=0) @ covariance
+    errors = np.sqrt(cases / max(cases - free.size, 1) * np.sum(score**2, axis=0)) / scale
     return Coefficients(
         {term: float(v) for term, v in zip(terms, x, strict=True)},
         {terms[i]: float(e) for i, e in zip(free, errors, strict=True)},

@@ -196,23 +196,6 @@ def test_a_failed_contact_among_all_points_is_predicted_too(monkeypatch: pytest.
     assert 0.0 < abs(estimate.mu - exact(state))[failed] < estimate.upper[failed] - estimate.mu[failed]
 
 
-def test_error_of_the_mean(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of scattered contacts: the share of runs inside the stated error is near that of two standard deviations."""
-    state = states(500)
-    power = state.load_per_length * state.speed_sliding
-    mean = np.average(exact(state), weights=power)
-    inside, stated = 0, []
-    for seed in range(12):
-        noise = np.random.default_rng(seed)
-
-        monkeypatch.setattr(module, "solve_contact", scattered(noise, 0.1))
-        estimate = EhlFriction("ehl", points=module.SAMPLED, jobs=1).mu(state, oil=OIL)
-        stated.append(estimate.mean_error)
-        inside += abs(np.average(estimate.mu, weights=power) / mean - 1.0) < estimate.mean_error
-    assert inside >= 10
-    assert 0.02 < np.median(stated) < 0.06  # 0.2/sqrt(80) is 0.022
-
-
 def scattered(noise: np.random.Generator, scatter: float) -> Any:
     def solver(contact: LineContact, *rest: Any) -> Any:
         found = Solver()(contact, *rest)

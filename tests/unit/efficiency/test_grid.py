@@ -4,6 +4,7 @@ Maps from few solved points: what is interpolated, how well, and when every poin
 """
 
 import json
+import math
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,7 @@ import efficiency.mesh
 import regression
 from efficiency.conditions.conditions import split_axes
 from efficiency.conditions.duty import DutyRow
-from efficiency.conditions.grid import Evaluator, Grid
+from efficiency.conditions.grid import Evaluator, Grid, _largest, _nodes
 from efficiency.design.design import load_design
 from efficiency.loss.efficiency import load_grids
 from efficiency.loss.efficiency_result import EfficiencyResult
@@ -328,6 +329,19 @@ def test_values_in_any_order() -> None:
         interpolated({"torque": TORQUE}, solve).values()[::-1],
         rtol=1e-12,
     )
+
+
+def test_stated_error_is_three_times_the_largest_difference_between_nodes() -> None:
+    """A law of powers at the nodes, 0.1 % more everywhere else; between nodes the larger error of both counts."""
+    nodes = {TORQUE[k] for k in _nodes(TORQUE)}
+    solve, called = _solve(lambda torque: 0.01 * (torque / 100.0) ** 0.3 * (1.0 if torque in nodes else math.exp(1e-3)))
+    grid = interpolated({"torque": TORQUE}, solve)
+    assert grid.interpolation_error == pytest.approx(3e-3, rel=1e-9)
+    between = [k for k, torque in enumerate(TORQUE) if torque not in called]
+    wanted = 1e-9 + 3e-3 * (1.0 - grid.values()[between])
+    np.testing.assert_allclose(grid.values("efficiency_error")[between], wanted, rtol=1e-9)
+    larger = _largest(np.arange(3.0), np.array([3.0, 1.0, 2.0]), np.array([0.5, 1.5, 0.0, 2.0]))
+    assert larger.tolist() == [3.0, 2.0, 3.0, 2.0]
 
 
 def test_a_kink_between_sparse_nodes_is_found() -> None:

@@ -2,6 +2,8 @@
 
 import csv
 import math
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,9 +13,19 @@ from refusals import refuses
 from ehl.common.data import data_path
 from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
-from ehl.surface.finish import Additive, Finish
+from ehl.fluid.oil_uncertainty import standard_uncertainty
+from ehl.surface.finish import Additive, Finish, surface_uncertainty
 from ehl.uncertainty.result import Change, InputUncertainty, combined, score_of
-from ehl.uncertainty.spread import DEFAULT, FILE, FILM_RATIOS, GROUPS, Spread, UncertaintyInput, stated_change
+from ehl.uncertainty.spread import (
+    DEFAULT,
+    FILE,
+    FILM_RATIOS,
+    GROUPS,
+    Spread,
+    UncertaintyInput,
+    lateral_spread,
+    stated_change,
+)
 
 
 def uncertainty(*changes: Change) -> InputUncertainty:
@@ -63,6 +75,20 @@ def test_spreads() -> None:
             Spread(wrong)
     with refuses("level"):
         score_of(0.0)
+
+
+def test_spreads_of_rough_model_given_friction_and_remembered_card() -> None:
+    """The first decreases as the inverse square above a film ratio of 1; a card from memory adds 0.15 in quadrature."""
+    assert lateral_spread(np.array([0.5, 1.0, 2.0]), 0.08) == pytest.approx([0.08, 0.08, 0.02])
+    usual, given = (
+        surface_uncertainty(roughness_rms=1e-6, boundary_friction=friction)["boundary_friction"]
+        for friction in (None, 0.05)
+    )
+    assert (given.value, given.sigma) == pytest.approx((0.05, usual.sigma))
+    law: Any = SimpleNamespace(deviation=0.08, law="law")
+    known, memory = (standard_uncertainty(law, None, certainty) for certainty in ("verified", "unverified"))
+    assert (known["pressure_viscosity"], memory["pressure_viscosity"]) == (0.08, 0.17)
+    assert (known["viscosity"], memory["viscosity"]) == (0.05, 0.10)
 
 
 def test_a_range_has_its_own_ends() -> None:

@@ -121,6 +121,11 @@ def test_scores_of_a_known_error(dataset: Dataset) -> None:
     assert result.p95 == pytest.approx(0.02, rel=1e-9)
     assert result.bias == pytest.approx(result.mape, rel=1e-12)
     assert result.rmse == pytest.approx(np.sqrt(np.mean((predicted - frame["friction_coefficient"]) ** 2)), rel=1e-12)
+    mu = frame["friction_coefficient"].to_numpy()
+    assert scores(frame, 1.02 * mu).rmse_log == pytest.approx(np.log(1.02))
+    # an error of half a standard deviation leaves a quarter of the variance
+    assert scores(frame, mu + 0.5 * mu.std()).r2 == pytest.approx(0.75)
+    assert scores(frame, mu * np.exp(0.5 * np.log(mu).std())).r2_log == pytest.approx(0.75)
 
 
 def test_conformal_width_covers_new_errors() -> None:

@@ -1,0 +1,167 @@
+"""Error estimates of fits: samples whose scatter, standard error or coverage is known."""
+
+import math
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.signal import lfilter
+
+from ehl.uncertainty.spread import UncertaintyInput
+from regression.calibration import robust
+from regression.calibration.determination import (
+    MAX_PROFILE,
+    ParameterInterval,
+    _Side,
+    determination_of,
+    intervals_by_errors,
+)
+from regression.calibration.search import Fit, Target
+from regression.fitting.coefficients import _nonlinear_fit
+from regression.fitting.fit import _width_of_oils_left_out, _with_noise, interval_of, ratio_of_means
+from regression.friction.conditions import UNITS
+from regression.friction.families import POWER_LAW, Family
+from regression.friction.network import Network
+from regression.friction.uncertainty import _lateral_error
+
+ODD, PAIRS = np.array([1.0, -1.0, 1.0, -1.0]), np.array([1.0, 1.0, -1.0, -1.0])
+TERMS = ("constant", "slope")
+
+
+@pytest.mark.parametrize("with_parts", [False, True])
+def test_standard_errors_of_a_nonlinear_fit_count_a_case_once(with_parts: bool) -> None:
+    """ln mu = a + b x with x = +-1 and residuals of +-s orthogonal to both: s/sqrt(8 - 2).
+
+    The film friction of all of mu repeats these residuals, and gives no further information.
+    """
+    x, target = np.tile(ODD, 2), np.tile(-3.0 + 0.2 * ODD + 1e-3 * PAIRS, 2)
+
+    def log_mu(table: Any, k: Any, _: float = 0.1) -> Any:
+        return k["constant"] + k["slope"] * table["x"]
+
+    parts = (lambda table, k: (np.zeros(8), np.exp(log_mu(table, k)))) if with_parts else None
+    line = Family("line", "", "", TERMS, (), log_mu, None, (-2.0, 0.1), (-9.0, -9.0), (9.0, 9.0), parts)
+    found = _nonlinear_fit(line, {"x": x}, target, np.ones(8), 0.1, (np.zeros(8), np.exp(target)), None)
+    assert found.standard_errors == pytest.approx(dict.fromkeys(TERMS, 1e-3 / math.sqrt(6.0)), rel=2e-3)
+
+
+def _networks(*outputs: tuple[float, float], noise: float = 0.0) -> Network:
+    """A network for each pair of outputs, which do not depend on its input."""
+    members = tuple(((0, 0), (0, 0), (0, round(1e3 * a)), (0, round(1e3 * b))) for a, b in outputs)
+    ends = {"mean": (math.log(1e9),), "scale": (1.0,), "low": (-1.0,), "high": (1.0,)}
+    return Network(variables=("pressure_hertz",), members=members, noise=noise, **ends)
+
+
+@pytest.mark.parametrize("share", [0.02, 0.3, 0.9])
+@pytest.mark.parametrize("slope", [(1.0, 0.0), (0.0, 1.0), (1.0, 0.7), (1.0, -0.7)])
+def test_scatter_of_networks_is_that_of_the_friction_by_each(share: float, slope: tuple[float, float]) -> None:
+    """Standard deviation of ln mu over the members to first order in their scatter; the noise in quadrature."""
+    outputs = [(0.4 + size * slope[0], -0.2 + size * slope[1]) for size in (-0.01, -0.004, 0.002, 0.012)]
+    case = np.full(2, share), np.full(2, 0.03), {"pressure_hertz": np.full(2, 1e9)}, 0.1
+    alone = [_networks(pair).corrected(*case)[0][0] for pair in outputs]
+    scatter = _networks(*outputs).corrected(*case)[1][1]
+    assert scatter == pytest.approx(np.std(np.log(alone)), rel=0.05)
+    assert _networks(*outputs, noise=0.02).corrected(*case)[1][1] == pytest.approx(math.hypot(scatter, 0.02))
+
+
+def test_correction_decreases_to_half_an_eighth_of_the_range_outside() -> None:
+    """The range of ln p is 2, the correction ends a quarter of it outside."""
+    parts = np.full(1, 0.3), np.full(1, 0.03)
+    outside = {"pressure_hertz": np.array([1e9 * math.exp(1.25)])}
+    found = _networks((0.4, -0.2)).corrected(*parts, outside, 0.1)[0]
+    inside = _networks((0.2, -0.1)).corrected(*parts, {"pressure_hertz": np.array([1e9])}, 0.1)[0]
+    assert found == pytest.approx(inside)
+
+
+def test_width_of_oils_left_out() -> None:
+    """ln mu 0, 0.1 and 0.3 above a power law: without an oil the mean of the others, 0.2, 0.05 and 0.25 away."""
+    rng, names = np.random.default_rng(4), ("75w90", "fva3", "pao220")
+    frame = pd.DataFrame({name: np.exp(rng.uniform(-1.0, 1.0, 60)) for name in UNITS})
+    frame = pd.concat([frame] * 3, ignore_index=True).assign(oil=np.repeat(names, 60), boundary_friction=0.1)
+    offset = np.repeat([0.0, 0.1, 0.3], 60)
+    frame["friction_coefficient"] = 0.05 * frame["pressure_hertz"] ** 0.4 * np.exp(offset)
+    found = _width_of_oils_left_out(POWER_LAW, frame, "plan", network=False, jobs=1)
+    assert found == pytest.approx(0.25, rel=1e-9)
+    two = frame[frame["oil"] != "fva3"]
+    assert _width_of_oils_left_out(POWER_LAW, two, "plan", network=False, jobs=1) is None
+
+
+def _cases(count: int, seed: int) -> tuple[np.random.Generator, pd.DataFrame, np.ndarray]:
+    """Film ratios over all bands with a friction of 0.05, and deviations of ln mu over a factor of ten."""
+    rng = np.random.default_rng(seed)
+    ratio = np.exp(rng.uniform(math.log(0.1), math.log(10.0), count))
+    frame = pd.DataFrame({"film_ratio_formula": ratio, "friction_coefficient": np.full(count, 0.05)})
+    return rng, frame, np.exp(rng.uniform(math.log(0.02), math.log(0.2), count))
+
+
+def test_noise_of_networks_and_their_widths() -> None:
+    """Double exponential errors of the scatter and a noise of 0.05: 90 % are within ln 10 of their scale."""
+    rng, frame, scatter = _cases(8000, 3)
+    error = rng.exponential(np.hypot(scatter, 0.05))
+    noise, deviation = _with_noise(error, scatter)
+    assert noise == pytest.approx(0.05, rel=0.15)  # the trials are 12 % apart
+    assert deviation == pytest.approx(np.hypot(scatter, noise))
+    found = interval_of(frame, error, deviation=deviation, of_means=0.5)
+    assert found.log_width == pytest.approx(0.5 * math.log(10.0), rel=0.03)
+    assert [band.log_width for band in found.bands] == pytest.approx([0.5 * math.log(10.0)] * 4, rel=0.1)
+    assert found.largest == error.max()
+    assert np.mean(error <= found.near) == pytest.approx(0.9, abs=1e-3)  # of all, as none is extrapolated
+
+
+def test_means_over_sixteen_profiles_scatter_by_a_quarter(monkeypatch: pytest.MonkeyPatch) -> None:
+    rng, frame, scatter = _cases(4000, 5)
+    monkeypatch.setattr("regression.fitting.fit.expected_rows", lambda rows: rows)
+    single, mean = (0.05 * np.exp(size * scatter * rng.standard_normal(4000)) for size in (1.0, 0.25))
+    form: Any = SimpleNamespace(friction=lambda rows: (mean, scatter))
+    held_out: Any = SimpleNamespace(mu=single, deviation=scatter)
+    assert ratio_of_means(form, frame, held_out, frame) == pytest.approx(0.25, rel=0.08)
+
+
+@pytest.mark.parametrize(("first", "power"), [(0.1, 1.0), (0.59, 1.0), (2.0, 1.0), (0.4, 0.8), (0.7, 1.3)])
+def test_end_of_a_profile_whose_root_is_a_power_of_the_step(first: float, power: float) -> None:
+    """The root is (step/0.3)^power, and 1.96 at the end; a root that stays small gives no end."""
+    side, flat = _Side(0, 1.0, first, 10.0), _Side(0, 1.0, first, 10.0)
+    for _ in range(MAX_PROFILE):
+        if not side.done:
+            side.root = (side.size / 0.3) ** power
+            side.follow(1.96)
+        flat.root = 0.1
+        flat.follow(1.96)
+    assert side.done
+    assert side.end == pytest.approx(0.3 * 1.96 ** (1.0 / power), rel=0.03)
+    assert flat.end == math.inf
+    assert ParameterInterval(1.0, 3.0).widened(2.5, 2.0) == ParameterInterval(-0.5, 3.5)
+
+
+def test_error_of_the_rough_model_lies_on_both_sides() -> None:
+    spreads = UncertaintyInput.none(rough_contact_model=0.08)
+    (found,) = _lateral_error(spreads, np.array([0.5, 2.0, 5.0]), 2.0, True)
+    assert found.above == pytest.approx([0.16, 0.04, 0.0])
+    assert found.below == pytest.approx([-0.16, -0.04, 0.0])
+
+
+@pytest.mark.parametrize(("stated", "memory"), [(True, 0.0), (False, 0.0), (False, 0.5)])
+def test_intervals_of_a_calibration_cover_as_they_state(stated: bool, memory: float) -> None:
+    """A level and a slope by least squares from 200 rows of one curve whose noise has this correlation of neighbours.
+
+    Over 200 draws their scatter over the stated standard error is known to 1/sqrt(400), 5 %.
+    """
+    rng, rows, sigma = np.random.default_rng(7), 200, 0.002
+    jacobian = np.column_stack([np.full(rows, 0.04), 0.02 * np.linspace(-1.0, 1.0, rows)])
+    names, truth = ("eyring_stress", "boundary_friction"), np.log([5e6, 0.1])
+    nothing: Any = None
+    scores = []
+    for _ in range(200):
+        noise = lfilter([math.sqrt(1.0 - memory**2)], [1.0, -memory], sigma * rng.standard_normal(rows + 20))[20:]
+        change = np.linalg.lstsq(jacobian, noise)[0]
+        target = Target(noise, np.full(rows, sigma if stated else 1.0), np.ones(rows, dtype=bool), stated)
+        residuals = target.residuals(jacobian @ change)
+        level = robust.noise_of(residuals, 2, stated=stated, tuned_to=target.scale(residuals, 2))
+        values = dict(zip(names, np.exp(truth + change), strict=True))
+        fit = Fit(names, values, jacobian @ change, jacobian, nothing, 1.0, 0.0, 1, ())
+        intervals = intervals_by_errors(fit, level, determination_of(fit, target, level, ("a",) * rows))
+        scores.append([c / (each.half_width / level.quantile) for c, each in zip(change, intervals, strict=True)])
+        assert level.quantile == pytest.approx(1.96, rel=0.01)
+    assert np.std(scores, axis=0) == pytest.approx(np.ones(2), abs=0.15)
