@@ -379,7 +379,7 @@ def lay_seen(correlation_length: float, lay_ratio: float, angle: ArrayLike) -> t
 
 def _given(name: str, value: float) -> Figure:
     factor = UNNAMED[name]
-    return Figure(value=value, low=value / factor, high=value * factor, source="given; range estimated")
+    return Figure(value=value, low=value / factor, high=value * factor, source="value of this contact; range estimated")
 
 
 def surface_uncertainty(
