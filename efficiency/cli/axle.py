@@ -10,8 +10,7 @@ import typer
 import efficiency
 from efficiency.cli import options as shared
 from ehl import InputError
-from ehl.common.console import advanced, check_outputs, given, working
-from ehl.common.units import is_list
+from ehl.common.console import advanced, check_outputs, given, is_list, working
 
 _AxleOptions = Annotated[
     dict[str, Any],

@@ -10,8 +10,7 @@ import typer
 import efficiency
 from efficiency.cli import options as shared
 from ehl import InputError
-from ehl.common.console import advanced, check_outputs, fail_unless_converged, given, working
-from ehl.common.units import is_list
+from ehl.common.console import advanced, check_outputs, fail_unless_converged, given, is_list, working
 
 BulkOption = Annotated[
     str | None,

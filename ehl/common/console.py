@@ -35,6 +35,7 @@ from ehl.common.errors import InputError, MixedEhlError, near
 from ehl.common.files import FIGURE, PAGE, make_folder, write_file
 from ehl.common.progress import Progress, duration, progress_to
 from ehl.common.terminal import print_text as print_text
+from ehl.common.units import is_list as is_list
 from ehl.common.version import __version__
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
