@@ -19,7 +19,7 @@ ANSWERS = {
     "plot_misalignment": 99.2819,
     "plot_oil_under_pressure": 11.2358,
     "plot_paper_contact": 0.0410145,
-    "plot_paper_formula": 0.378765,
+    "plot_paper_formula": 0.362957,
     "plot_paper_pair": 99.3403,
     "plot_rough_contact": 180.925,
     "plot_stribeck_curve": 1.84344,
