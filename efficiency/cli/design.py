@@ -65,7 +65,7 @@ def settings(
     written in all cases.
     """
     sizing = None
-    console.check_outputs({"output": output}, create=True)
+    console.check_outputs({"output": output})
     if not sized:
         shared.refuse("settings without --sized", {"torque": torque, "coast_torque": coast_torque, **box})
     if sized:
@@ -85,6 +85,7 @@ def settings(
 
 
 WHAT = "tooth, member, grid, summary"
+ROWS, COLUMNS = 15, 31  # of flank grids
 
 
 def export(
@@ -100,8 +101,8 @@ def export(
         ),
     ] = WHAT,
     member: Annotated[str, typer.Option(help="pinion, gear or both.")] = "both",
-    rows: Annotated[int, console.advanced(help="Points from root to tip.")] = 15,
-    columns: Annotated[int, console.advanced(help="Points from heel to toe.")] = 31,
+    rows: Annotated[int, console.advanced(help="Points from root to tip.")] = ROWS,
+    columns: Annotated[int, console.advanced(help="Points from heel to toe.")] = COLUMNS,
     margin: Annotated[
         float,
         console.advanced(help="Grids: margin to the edges as a share of face and depth, 0.05 to 0.1 for inspection."),
@@ -124,7 +125,9 @@ def export(
 
     A formula becomes one function with its range, interval and flag: .py, .c, .f90 or .m, or an FMU: .fmu.
     """
-    of_designs = {"rim": rim, "bore": bore, "member": member != "both" and member, "what": what != WHAT and what}
+    of_designs: dict[str, object] = {"rim": rim, "bore": bore, "units": units, "margin": margin or None}
+    of_designs |= {"member": member != "both" and member, "what": what != WHAT and what}
+    of_designs |= {"rows": rows != ROWS and rows, "columns": columns != COLUMNS and columns}
     if design in shipped("formulas") or Path(design).suffix == ".json":
         shared.refuse("a formula", of_designs)
         console.check_outputs({"output": output})
@@ -133,12 +136,12 @@ def export(
         laws = "oil properties as arguments" if oil_arguments else oil or formula.default_oil()
         print(f"{output}: {formula.name}, {laws}")
         return
-    shared.refuse("a design", {"language": language, "oil": oil, "oil_arguments": oil_arguments})
+    shared.refuse("a design", {"language": language, "oil": oil, "oil_arguments": oil_arguments, "no_guard": not guard})
     shared.one_of("member", member, "pinion", "gear", "both")
     parts = [part.strip() for part in what.split(",") if part.strip()]
     if not parts:
         raise InputError("what", what, f"some of {WHAT}, ease_off, step")
-    console.check_outputs({"output": output}, ["output"], create=True)
+    console.check_outputs({"output": output}, ["output"])
     members: dict[str, tuple[Literal["pinion", "gear"], ...]] = {"pinion": ("pinion",), "gear": ("gear",)}
     written = efficiency.load(design).export(
         output,
@@ -162,7 +165,7 @@ def import_summary(
     ] = None,
 ) -> None:
     """Read a machine summary (inch or metric) into a design file."""
-    console.check_outputs({"output": output}, create=True)
+    console.check_outputs({"output": output})
     text, notes = efficiency.import_design(sheet, like)
     console.write_text(output, text)
     print(f"{output}: " + ("a design that can be computed" if like else "tables of a design file"))
@@ -184,7 +187,7 @@ def correct(
     json_output: shared.JsonOption = False,
 ) -> None:
     """Machine corrections from measured flanks, so that the next part agrees with the design."""
-    console.check_outputs({"output": output}, create=True)
+    console.check_outputs({"output": output})
     result = efficiency.machine_corrections(design, grids, uncertainty, cast("Literal[1, 2]", order))
     if output is not None:
         console.write_text(output, result.text)
@@ -420,7 +423,7 @@ def plan(
 
     The ranges are quantiles weighted with the friction work of each contact point.
     """
-    console.check_outputs({"output": output}, create=True, output=".toml")
+    console.check_outputs({"output": output}, output=".toml")
     pairs = [efficiency.load(design) for design in designs]
     ranges = regression.operating_range([point for pair in pairs for point in pair.duty_points(duty, oil)], coverage)
     oils = tuple(dict.fromkeys([oil] if oil else [pair.design.operation.oil for pair in pairs]))

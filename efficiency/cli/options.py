@@ -81,7 +81,7 @@ def misalignment_group(e: str, p: str, g: str, angle: str, panel: str | None = A
 
 def check_files(files: Mapping[str, Any]) -> None:
     """Raise an `InputError` for files and folders that cannot be written, or unknown units."""
-    check_outputs({n: path for n, path in files.items() if isinstance(path, Path)}, ("csv", "plot"), create=True)
+    check_outputs({n: path for n, path in files.items() if isinstance(path, Path)}, ("csv", "plot"))
     unit_system(files.get("units"))
 
 

@@ -110,7 +110,7 @@ class PointGrid:
 
 def read_point_grid(path: Path) -> PointGrid:
     """Grid of flank points from a file; an `InputError` names an invalid line, or row and column."""
-    text = read_text(path, "grid", "a readable CSV file", any_encoding=True)
+    text = read_text(path, "grid", "a readable CSV file")
     lines = [line.strip("; \t,") if line.lstrip().startswith("#") else line for line in text.splitlines()]
     notes = [line.lstrip("# ") for line in lines if line.startswith("#")]
     stated = dict(part.strip().split("=", 1) for note in notes[:1] for part in note.split(";") if "=" in part)

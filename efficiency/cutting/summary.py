@@ -145,7 +145,7 @@ def read_summary(path: str | Path, hands: Mapping[str, str] | None = None) -> Su
     hands: hand of ``pinion`` and ``gear`` if the sheet states none.
     Raises `InputError` with all invalid lines.
     """
-    return parse_summary(read_text(path, "summary", "a readable text file", any_encoding=True), hands)
+    return parse_summary(read_text(path, "summary", "a readable text file"), hands)
 
 
 def parse_summary(text: str, hands: Mapping[str, str] | None = None) -> Summary:

@@ -191,7 +191,7 @@ def _carried(load: LoadDistribution) -> float:
 def _table(path: Path) -> tuple[float, str, dict[str, FloatArray], tuple[int, ...]]:
     """Stated torque [N m] and friction, columns in SI units, and the line of the file of each row."""
     torque, friction = None, ""
-    lines = read_text(path, "load_from", "a CSV file with a load distribution", any_encoding=True).splitlines()
+    lines = read_text(path, "load_from", "a CSV file with a load distribution").splitlines()
     for number, line in enumerate(lines, 1):
         bare = line.strip(' "\t,;')
         name, _, value = bare.lstrip("# \t").partition("=")

@@ -192,7 +192,7 @@ def optimise(
             content = {"version": __version__, **asdict(problem), "start": problem.start.model_dump()}
             content |= {"evaluations": evaluations, "batch": batch, "seed": seed}
             text = json.dumps(finite_or_none(content), indent=1) + "\n"
-            write_file(path.with_name("problem.json"), text, "output", folder=True)
+            write_file(path.with_name("problem.json"), text, "output")
         problem, first, states, task, notes = _begin(problem, evaluate, default=limits is None)
         allowed = allowed_of(problem, first)
         correction, points = Correction(problem, allowed), [first]

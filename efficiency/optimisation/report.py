@@ -324,7 +324,7 @@ def write_designs(result: Optimisation, folder: Path) -> list[Path]:
     written = []
     for candidate in result.candidates:
         path = folder / f"{candidate.name}.toml"
-        write_file(path, design_head(result, candidate) + result.settings(candidate).text, "output", folder=True)
+        write_file(path, design_head(result, candidate) + result.settings(candidate).text, "output")
         GearPair(path).export(folder / candidate.name, ("summary",))
         inputs = targets_of(result.problem, candidate.point.variables, candidate.name)
         file = targets_next_to(path)

@@ -25,7 +25,7 @@ from efficiency.output.machine_summary import Units, sheet_text, write_summary
 from efficiency.output.solid import member_solid, tooth_space_solid, write_stl
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError, InputError, check_count
-from ehl.common.files import write_file
+from ehl.common.files import replacing, write_file
 from ehl.common.units import ValueRange
 
 FORMAT = "mixed-ehl flank grid v1"
@@ -88,13 +88,10 @@ def write_inspection_grid(path: Path, design: Design, member: Member, side: Flan
         "z along the axis from apex to heel; origin at the crossing point; normals out of the tooth\n"
         f"{GRID_COLUMNS}"
     )
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+    with replacing(path, "csv") as draft:
         np.savetxt(
-            path, table, fmt=["%d", "%d"] + ["%.9f"] * 3 + ["%.12f"] * 3, delimiter=",", header=header, comments=""
+            draft, table, fmt=["%d", "%d"] + ["%.9f"] * 3 + ["%.12f"] * 3, delimiter=",", header=header, comments=""
         )
-    except OSError as error:
-        raise InputError("csv", str(path), "a writable file", f"{error}.") from None
 
 
 EXPORTS = ("tooth", "member", "step", "grid", "ease_off", "summary")
@@ -206,7 +203,7 @@ def export_ease_off(design: Design, folder: Path) -> list[str]:
         path = folder / f"ease_off_{side}.csv"
         head = f"# design={design.name}; {side} side; material missing on the pinion, um"
         lines = [head, COLUMNS, *(f"{x:.3f},{y:.3f},{z:.6f}" for x, y, z in rows)]
-        write_file(path, "\n".join(lines) + "\n", folder=True)
+        write_file(path, "\n".join(lines) + "\n")
         written.append(f"{path}: ease-off of the {side} side, {len(rows)} points")
     return written
 
@@ -215,7 +212,7 @@ def export_summary(design: Design, folder: Path, units: Units = "metric") -> lis
     """Blanks, cutters and machine settings: CSV with a column for each flank, and a setting sheet for re-import."""
     table, sheet = folder / "machine_summary.csv", folder / "setting_sheet.csv"
     write_summary(table, design, units)
-    write_file(sheet, sheet_text(design, units), folder=True)
+    write_file(sheet, sheet_text(design, units))
     return [
         f"{table}: blanks, cutters and settings of four flanks, {units}",
         f"{sheet}: the same data, one entry per line, {units}",

@@ -97,7 +97,7 @@ def write_summary(path: Path, design: Design, units: Units = "metric") -> None:
     writer.writerow(["section", "name", "unit", *(flank.replace(" ", "_") for flank in FLANKS)])
     for row in summary_rows(design, units):
         writer.writerow([row.section, row.name, row.unit, *row.values])
-    write_file(path, text.getvalue(), folder=True)
+    write_file(path, text.getvalue())
 
 
 def _entries(model: BaseModel, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any, str, bool]]:

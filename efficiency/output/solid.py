@@ -250,4 +250,4 @@ def write_stl(path: Path, solid: Solid, title: str) -> None:
     records["corners"] = corners
     # a header that begins with "solid" denotes the text format
     header = f"STL in mm: {title}".encode("ascii", "replace")[:80].ljust(80)
-    write_file(path, header + np.uint32(len(records)).tobytes() + records.tobytes(), folder=True)
+    write_file(path, header + np.uint32(len(records)).tobytes() + records.tobytes())

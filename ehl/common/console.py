@@ -160,7 +160,7 @@ class Command(typer.core.TyperCommand):
 @contextmanager
 def output_folder(folder: Path) -> Iterator[None]:
     """A working folder; if an input is invalid, the empty folder is removed."""
-    check_outputs({"output": folder}, ["output"], create=True)
+    check_outputs({"output": folder}, ["output"])
     made = [path for path in (folder, *folder.parents) if not os.path.exists(path)]
     make_folder(folder, "output")
     try:
@@ -362,14 +362,13 @@ def check_suffix(path: Path, field: str, suffix: str = "") -> None:
         raise InputError(field, str(path), "a file name ending in " + " or ".join(suffixes))
 
 
-def check_outputs(
-    outputs: Mapping[str, Path | None], folders: Collection[str] = (), *, create: bool = False, **suffixes: str
-) -> None:
+def check_outputs(outputs: Mapping[str, Path | None], folders: Collection[str] = (), **suffixes: str) -> None:
     """Raise an `InputError` for files that cannot be written; called before a computation.
+
+    Missing folders are no error: they are created when a file is written.
 
     outputs: option to file; None if the option was not given.
     folders: options of folders; with the suffix of a table or figure they are files.
-    create: whether missing folders are created when the file is written.
     **suffixes: suffix of an option; those of pages, figures and workbooks are known.
     Raises `InputError`: a file cannot be written, or two options have the same file.
     """
@@ -384,10 +383,10 @@ def check_outputs(
         if any(len(os.fsencode(part)) > 255 for part in path.parts):
             raise InputError(field, str(path), "a file name of at most 255 bytes")
         folder = path.parent
-        while create and not os.path.lexists(folder):
+        while not os.path.lexists(folder):
             folder = folder.parent
         if not os.path.isdir(folder):
-            raise InputError(field, str(path), "a path in a folder that exists", f"There is no folder {folder}.")
+            raise InputError(field, str(path), "a path in a folder", f"{folder} is no folder.")
         if os.path.exists(path) and not os.access(path, os.W_OK):
             raise InputError(field, str(path), f"a {kind} that can be written", "Check its permissions.")
         if os.path.lexists(path):  # a new file is made next to an old one, in an old folder
@@ -406,7 +405,7 @@ def check_outputs(
 
 def write_text(path: Path, text: str) -> None:
     """Write the file of ``--output``; `InputError` if that is not possible."""
-    write_file(path, text, "output", folder=True)
+    write_file(path, text, "output")
 
 
 def print_json(content: dict[str, Any]) -> None:

@@ -53,17 +53,12 @@ def read_bytes(path: str | Path, field: str, allowed: str) -> bytes:
         raise InputError(field, name, allowed, f"It could not be read: {error}.") from None
 
 
-def read_text(path: str | Path, field: str, allowed: str, *, any_encoding: bool = False) -> str:
-    """Content of a UTF-8 text file; `InputError` for other content.
-
-    With `any_encoding`, for files of spreadsheets and instruments, also UTF-16 and as the last choice cp1252.
-    """
+def read_text(path: str | Path, field: str, allowed: str) -> str:
+    """Content of a text file in UTF-8, UTF-16 or, as the last choice, cp1252; `InputError` for other content."""
     content = read_bytes(path, field, allowed)
     try:
-        return _decoded(content) if any_encoding else content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise InputError(field, str(path), allowed, f"The file is not a text in UTF-8: {error}.") from None
-    except _NoText:
+        return _decoded(content)
+    except (UnicodeDecodeError, _NoText):
         raise InputError(field, str(path), allowed, "The file is not a text.") from None
 
 
@@ -143,11 +138,11 @@ def make_folder(folder: Path, field: str) -> None:
 
 
 @contextmanager
-def replacing(path: Path, field: str = "path", *, folder: bool = False) -> Iterator[Path]:
+def replacing(path: Path, field: str = "path") -> Iterator[Path]:
     """Path of a temporary file in which the block writes the content of `path`; afterwards it is synced and renamed.
 
     A file is therefore complete or unchanged if the process or the machine stops. All output files are written this
-    way, except that devices and pipes are written in place.
+    way, except that devices and pipes are written in place. Missing folders are created.
 
     Raises `InputError`: the file of `field` cannot be written.
     """
@@ -155,8 +150,7 @@ def replacing(path: Path, field: str = "path", *, folder: bool = False) -> Itera
     target = Path(os.path.realpath(path))
     draft = target.with_name(f"{_DRAFT}{secrets.token_hex(8)}{target.suffix}")
     try:
-        if folder:
-            target.parent.mkdir(parents=True, exist_ok=True)
+        target.parent.mkdir(parents=True, exist_ok=True)
         if os.path.exists(target) and not os.path.isfile(target):
             yield target
             return
@@ -210,12 +204,12 @@ def _remove_drafts(folder: Path, now: float) -> None:
                 left.unlink()
 
 
-def write_file(path: Path, content: str | bytes, field: str = "path", *, folder: bool = False) -> None:
-    """Write a file by `replacing`; with `folder` its folder is created.
+def write_file(path: Path, content: str | bytes, field: str = "path") -> None:
+    """Write a file by `replacing`.
 
     Raises `InputError`: the file of `field` cannot be written.
     """
-    with replacing(path, field, folder=folder) as draft:
+    with replacing(path, field) as draft:
         draft.write_bytes(content.encode(errors="replace") if isinstance(content, str) else content)
 
 

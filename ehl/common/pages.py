@@ -121,9 +121,9 @@ class Reportable:
         if suffix == ".xlsx":
             return write_workbook(path, self.sections("files", **options))
         if suffix == ".csv":
-            write_file(path, next(iter(tables_of(self.sections("files", **options)))).csv(), "csv", folder=True)
+            write_file(path, next(iter(tables_of(self.sections("files", **options)))).csv(), "csv")
         elif suffix == ".json":
-            write_file(path, json.dumps(self.to_dict(), allow_nan=False) + "\n", "report", folder=True)
+            write_file(path, json.dumps(self.to_dict(), allow_nan=False) + "\n", "report")
         else:
             raise InputError("report", str(path), "a file name ending in .html, .xlsx, .csv or .json")
         return path
@@ -301,7 +301,7 @@ def write_page(path: Path, sections: Sequence[Section]) -> Path:
     head = head_of(sections)
     footer = f"mixed-ehl {__version__}, Python {platform.python_version()}. {head.footer}".strip()
     page = environment.get_template("report.html").render(head=head, sections=sections, footer=footer)
-    write_file(path, page, "report", folder=True)
+    write_file(path, page, "report")
     return path
 
 
@@ -370,7 +370,7 @@ def write_workbook(path: Path, sections: Sequence[Section]) -> Path:
     for name, table in zip(names, tables, strict=True):
         _add_sheet(book, name, *table.grid(display=True), bold)
     book.close()
-    write_file(path, content.getvalue(), "xlsx", folder=True)
+    write_file(path, content.getvalue(), "xlsx")
     return path
 
 

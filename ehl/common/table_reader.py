@@ -445,7 +445,7 @@ def _read_cells(path: Path, quantities: Mapping[str, ValueRange | None]) -> pd.D
     allowed = "an existing CSV or XLSX file"
     if path.suffix.lower() in _WORKBOOKS:
         return _read_xlsx(path, read_bytes(path, "file", allowed))
-    return _read_csv(path, read_text(path, "file", allowed, any_encoding=True), quantities)
+    return _read_csv(path, read_text(path, "file", allowed), quantities)
 
 
 def _check_size(path: Path, rows: int, columns: int) -> None:

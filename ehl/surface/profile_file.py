@@ -170,7 +170,7 @@ def read_heights(path: str | Path, *, unit_x: str = "", unit_height: str = "") -
         heights, step, between, unit = found
         return MeasuredHeights(str(path), heights, step, between if len(heights) > 1 else math.nan, unit)
     try:
-        text = read_text(path, "profile", "a file of text with two columns", any_encoding=True)
+        text = read_text(path, "profile", "a file of text with two columns")
     except InputError as error:
         return read_topography(path, unit_height, error)
     text = re.sub(r"\bno data\b", "nan", text, flags=re.IGNORECASE)

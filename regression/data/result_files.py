@@ -235,8 +235,6 @@ def merge(run: Path, target: Path, *, compress: bool = False) -> int:
     """
     if os.path.exists(target):
         raise InputError("target", str(target), "a file that does not exist yet")
-    if not os.path.isdir(target.parent):
-        raise InputError("target", str(target), "a file in a folder that exists")
     meta, rows = read_run(run)
     write_hdf5(target, meta, rows, compress=compress)
     return len(rows)
