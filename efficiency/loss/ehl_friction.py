@@ -169,8 +169,7 @@ class EhlFriction(FrictionModel):
         worth = int(each * (done + chosen.size) / MIN_SECONDS)
         jobs = max(1, min(checked_jobs(self.jobs), worth, chosen.size))
         seconds = each * (total - done) / jobs
-        # after the first contacts the number of all is known
-        report_progress("contacts", done, total, seconds if done or self.tolerance == 0.0 else None)
+        report_progress("contacts", done, total, seconds)
         found = []
         if jobs > 1:
             prepare_workers(rough=not self.smooth)
