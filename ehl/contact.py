@@ -15,6 +15,7 @@ from ehl import inputs as case_inputs
 from ehl.common.errors import InputError
 from ehl.common.validation import InputModel, input_error, read_toml
 from ehl.fluid.lubricant_inputs import DirectLubricant, LubricantInput, OilLubricant
+from ehl.fluid.oil import Oil
 from ehl.fluid.pressure_viscosity import AlphaDefinition
 from ehl.fluid.rheology import Limit, Rheology
 from ehl.line_contact import LineContact, hertz_load
@@ -39,7 +40,7 @@ class ContactKeywords(TypedDict, total=False):
     speed_entrainment: Amount
     slide_to_roll: Amount
     speed_sliding_lengthwise: Amount
-    oil: str | None
+    oil: str | Oil | Mapping[str, object] | None
     temperature: Amount
     temperature_oil: Amount
     viscosity_inlet: Amount
@@ -153,8 +154,9 @@ class Contact(InputModel):
         Sliding along the contact line [m/s]; default: 0.
     effective_modulus : float or str
         E' with 2/E' = (1 - nu1^2)/E1 + (1 - nu2^2)/E2 [Pa]; default: from both bodies.
-    oil : str
-        Name of a shipped oil (`ehl.shipped("oils")`) or path of an oil card; requires `temperature`.
+    oil : str, Oil or dict
+        Name of a shipped oil (`ehl.shipped("oils")`), path of an oil card, an `Oil` or the content of a card; requires
+        `temperature`.
     temperature : float or str
         Oil temperature at the inlet [K], also `temperature_oil`.
     viscosity_inlet, pressure_viscosity : float or str
@@ -360,7 +362,6 @@ class Contact(InputModel):
         InputError
             The level is not between 0 and 1.
         """
-        from ehl.fluid.oil import Oil
         from ehl.uncertainty.contact_design import contact_uncertainty
         from ehl.uncertainty.spread import UncertaintyInput
 

@@ -5,16 +5,17 @@ from dataclasses import replace
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import Discriminator, Field, Tag, field_serializer, field_validator, model_validator
 
 from ehl.common.errors import InputError
 from ehl.common.units import ValueRange
-from ehl.common.validation import InputModel, in_any_case
+from ehl.common.validation import InputModel, in_any_case, validate
 from ehl.fluid import oil_laws
 from ehl.fluid.density import DOWSON_HIGGINSON, INCOMPRESSIBLE, Compression, DowsonHigginson
 from ehl.fluid.free_volume import Doolittle
 from ehl.fluid.lubricant import ASSUMED_CONDUCTIVITY, PAO, FilmConductivity, Lubricant
 from ehl.fluid.oil import Oil, lubricant_of
+from ehl.fluid.oil_sheet import card_content
 from ehl.fluid.pressure_viscosity import AlphaDefinition, roelands_slope, solve_constant
 from ehl.fluid.rheology import Limit, Rheology, RisingStress
 from ehl.fluid.viscosity import RoelandsLaw, Temperature
@@ -202,22 +203,35 @@ class DirectLubricant(ShearInput):
 class OilLubricant(ShearInput):
     """An oil at a temperature; shear law and thermal properties may be overridden."""
 
-    oil: Annotated[str, in_any_case("oils")]
+    oil: Annotated[str, in_any_case("oils")] | Oil
     temperature_oil: Temperature
     eyring_stress: Stress | None = None
     limiting_shear_coefficient: LimitCoefficient | None = None
     thermal_conductivity: Conductivity | None = None
     heat_capacity: HeatCapacity | None = None
 
+    @field_serializer("oil")
+    def _as_content(self, oil: str | Oil) -> Any:
+        return card_content(oil) if isinstance(oil, Oil) else oil
+
+    @field_validator("oil", mode="before")
+    @classmethod
+    def _from_content(cls, oil: Any) -> Any:
+        if isinstance(oil, dict):
+            return validate(Oil, oil)
+        if not isinstance(oil, str | Oil):
+            raise InputError("", oil, "a name, the path of a card, an Oil or the content of a card")
+        return oil
+
     @model_validator(mode="after")
     def _known(self) -> Self:
         card = Oil.load(self.oil)
         law = self.eyring_stress_law if self.rheology == "eyring" else None
         if law == "pressure" and self._rising_stress(card) is None:
-            raise InputError("eyring_stress_pressure", None, RISING_TABLE, f"The card of {self.oil} contains none.")
+            raise InputError("eyring_stress_pressure", None, RISING_TABLE, f"The card of {card.name} contains none.")
         if law == "constant" and not (self.eyring_stress or card.eyring_stress):
             hint = (
-                f"The card of {self.oil} contains none; its stress increases with pressure like that of the base oil."
+                f"The card of {card.name} contains none; its stress increases with pressure like that of the base oil."
             )
             raise InputError("eyring_stress", None, "a stress such as '8 MPa', with a constant law", hint)
         return self

@@ -135,14 +135,15 @@ class Oil(InputModel, Reportable):
         return standard_uncertainty(viscosity, base if by_gold else None, certainty) | given
 
     @classmethod
-    def load(cls, name: str) -> Oil:
+    def load(cls, name: str | Oil) -> Oil:
         """A shipped oil, a generic oil, or a card of the user.
 
         Parameters
         ----------
-        name : str
+        name : str or Oil
             One of `ehl.shipped("oils")` (case-insensitive); a generic oil such as ``"pao 97.5/13.3"`` (cSt at 40 and
-            100 degC), ``"mineral vg 220"`` or ``"mineral vg 220 vi 95"`` (`Oil.generic`); or the path of a .toml file.
+            100 degC), ``"mineral vg 220"`` or ``"mineral vg 220 vi 95"`` (`Oil.generic`); the path of a .toml file; or
+            an oil, which is returned.
 
         Raises
         ------
@@ -155,6 +156,8 @@ class Oil(InputModel, Reportable):
         >>> round(ehl.Oil.load("fva3").viscosity_kinematic(313.15) * 1e6)
         97
         """
+        if isinstance(name, Oil):
+            return name
         if not name.endswith(".toml"):
             name = same_name(name, data_names("oils"))
         return _load_card(name, _changed(name))
@@ -460,9 +463,9 @@ def _changed(name: str) -> int:
         return 0
 
 
-def lubricant_of(name: str, temperature: Any) -> Lubricant:
-    """`Oil.at` of the card with a name; contacts in series share one oil and temperature, so the last are kept."""
-    if not isinstance(temperature, float):
+def lubricant_of(name: str | Oil, temperature: Any) -> Lubricant:
+    """`Oil.at` of an oil; contacts in series share one card and temperature, so the last are kept."""
+    if isinstance(name, Oil) or not isinstance(temperature, float):
         return Oil.load(name).at(temperature)
     return _lubricant_of(name, _changed(name), temperature)
 

@@ -152,13 +152,19 @@ def oil_sections(card: Oil, temperatures: Sequence[float], medium: Medium) -> li
     return [Section("", [Head(card.name), *tables, *([figure] if medium == "page" else [])])]
 
 
-def card_text(card: Oil, head: str) -> str:
-    """The card as TOML in SI units; `head` is a comment in the first line."""
+def card_content(card: Oil) -> dict[str, Any]:
+    """The values of a card in SI units."""
     content: dict[str, Any] = card.model_dump(exclude_none=True)
     for name, field in type(card).model_fields.items():  # fields excluded from the hash of a card
         value = getattr(card, name)
         if field.exclude and value is not None and value != field.default:
             content[name] = value.model_dump() if isinstance(value, BaseModel) else value
+    return content
+
+
+def card_text(card: Oil, head: str) -> str:
+    """The card as TOML in SI units; `head` is a comment in the first line."""
+    content = card_content(card)
     return f"# {head}; numbers in SI units.\n" + toml_text(content)
 
 
