@@ -123,10 +123,13 @@ def test_tables_of_modelica_and_matlab_are_the_map(tmp_path: Path) -> None:
     assert matrix(text, "lossTable[:,5]") == pytest.approx(lossy, rel=1e-14)
     # two lines through three torques: zero and one of each side, so that both are met
     assert error < 1e-9
-    for (speed, drive, coast, first, second), losses in zip(lossy, found.values(), strict=True):
+    assert lossy[0, 0] == 0.0 < lossy[1, 0]
+    assert lossy[[0, -1], 1:].tolist() == lossy[[1, -2], 1:].tolist()
+    for (speed, drive, coast, first, second), losses in zip(lossy[1:-1], found.values(), strict=True):
         assert speed in found.speeds
-        assert drive * (200.0 - first) == pytest.approx(200.0 - losses[2], rel=1e-12)
-        assert (-200.0 - second) / coast == pytest.approx(-200.0 - losses[0], rel=1e-12)
+        # friction torques of the first and second quadrant in the Modelica Standard Library 4.0
+        assert (1.0 - drive) * 200.0 + first == pytest.approx(losses[2], rel=1e-12)
+        assert (1.0 - 1.0 / coast) * -200.0 + second == pytest.approx(losses[0], rel=1e-12)
     script = found.write_model(tmp_path / "axle.m").read_text()
     assert matrix(script, "axle.torque_loss") == pytest.approx(found.values().T, rel=1e-14)
     assert matrix(script, "axle.speed").ravel() == pytest.approx(found.speeds, rel=1e-14)

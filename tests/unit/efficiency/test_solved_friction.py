@@ -136,8 +136,9 @@ def test_error_of_solved_contacts_is_that_of_their_mean(loaded: LoadedGrids, mon
     assert result.errors.contacts == pytest.approx(contacts)
     mesh = result.errors.positions + result.errors.points
     assert result.efficiency_error == pytest.approx(contacts + mesh)
-    # 1 % that is no chance, of every contact; what is chance is averaged
-    assert 0.01 < result.friction.mean_error < 0.02  # type: ignore[attr-defined]
+    # what is no chance, of every contact; what is chance is averaged
+    method = np.sqrt(0.03**2 - 0.02**2)
+    assert method < result.friction.mean_error < 1.1 * method  # type: ignore[attr-defined]
     # what is not known of the inputs is another number
     assert result.efficiency_lower < result.efficiency < result.efficiency_upper
 
