@@ -174,7 +174,7 @@ def _masjedi(c: Conditions, base: str) -> Array:
 
 
 _LOCAL_LOAD = "a mesh mean with quantities at the pitch point, applied with local ones; Ra = 0.798 Rq, mean of both"
-_FILM = "film of Moes (1992) with the inlet-heating factor of Wilson & Gupta"
+_FILM = "film of Moes (1992) with the inlet-heating factor of Gupta et al. (1992)"
 _SHARE = _FILM + "; mu_b = 0.10 (this work)"
 
 _ENTRIES = (
@@ -282,7 +282,7 @@ _ENTRIES = (
         _masjedi,
         {"film_ratio_formula": (0.1, np.inf)},
         "estimated: the share exceeds 1 at lower values; the range of the original is unknown",
-        applied="film friction of Arana et al. with the inlet-heating factor of Wilson & Gupta; mu_b = 0.10 and "
+        applied="film friction of Arana et al. with the inlet-heating factor of Gupta et al. (1992); mu_b = 0.10 and "
         "hardness 8 GPa (this work)",
     ),
 )

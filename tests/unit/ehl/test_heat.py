@@ -22,8 +22,9 @@ from ehl.heat.estimate import (
     thermal_loading,
 )
 from ehl.heat.traction import flux_to_surface_1
-from ehl.line_contact import LineContact, moes_1992, wilson_gupta_1992
+from ehl.line_contact import LineContact, gupta_1992, moes_1992
 from ehl.material import Material
+from ehl.smooth.thermal import solve_smooth
 
 UNIT = np.sin(0.5 * np.pi * np.linspace(-1.0, 1.0, 121))
 FILM = 0.4e-6
@@ -301,14 +302,23 @@ def test_heat_capacity_per_mass_hardly_changes_under_pressure():
 
 
 def test_inlet_factors():
-    assert murch_wilson_1975(0.0) == wilson_gupta_1992(0.0, 0.5) == 1.0
-    # hand values: 3.94/4.94, 1/(1 + 0.1*15.8)
+    assert murch_wilson_1975(0.0) == gupta_1992(0.0, 0.5) == 1.0
+    # hand values: 3.94/4.94, 1/(1 + 0.213 x 3.23)
     assert murch_wilson_1975(1.0) == pytest.approx(0.797571, rel=1e-5)
-    assert wilson_gupta_1992(1.0, 1.0) == pytest.approx(0.387597, rel=1e-5)
-    # L = 0.5 and SR = 0.5 show the exponents, in the authors' numbers
-    assert murch_wilson_1975(0.5) == pytest.approx(3.94 / (3.94 + 0.5**0.62), rel=1e-12)
-    assert wilson_gupta_1992(0.5, -0.5) == pytest.approx(1 / (1 + 0.1 * (1 + 14.8 * 0.5**0.83) * 0.5**0.64), rel=1e-12)
+    assert gupta_1992(1.0, -1.0) == pytest.approx(0.592421, rel=1e-5)
+    # two publications and, with sliding, solved films
+    loadings = np.array([0.1, 0.3, 1.0])
+    assert gupta_1992(loadings, 0.0) == pytest.approx([murch_wilson_1975(float(one)) for one in loadings], rel=0.05)
     assert thermal_loading(contact(speed_entrainment=10.0), oil(thermal_conductivity=0.106)) == pytest.approx(0.4)
+
+
+@pytest.mark.parametrize("slide_to_roll", [0.02, 0.3, 1.0])
+@pytest.mark.parametrize("speed", [5.0, 12.0])
+def test_inlet_factor_against_solved_films(slide_to_roll, speed):
+    line, lubricant = contact(speed_entrainment=speed, slide_to_roll=slide_to_roll), oil(thermal_conductivity=0.14)
+    found = solve_smooth(line, lubricant, (STEEL, STEEL), thermal="on", accuracy="fast")
+    expected = gupta_1992(thermal_loading(line, lubricant), slide_to_roll)
+    assert expected == pytest.approx(found.film_reduction, rel=0.15)
 
 
 def test_nodes_without_pressure_make_no_heat():
