@@ -259,7 +259,8 @@ _ENTRIES = (
         "Arana, Larranaga & Ulacia 2019; load sharing 1 - erf(lambda), Eyring stress 2 Lam/alpha",
         "published",
         _arana,
-        applied=_FILM + "; mu_b = 0.065 of the authors",
+        applied=_FILM + "; mu_b = 0.065 of the authors; alpha is the slope at ambient pressure instead of the authors' "
+        "alpha* (film friction lower by up to 8 % for 75W90 and 13 % for 80W90)",
     ),
     PublishedFriction(
         "doleschel_2002",
