@@ -1,4 +1,4 @@
-"""Compiled loops of the steady heat balance against plain NumPy twins."""
+"""Compiled loops of the steady heat balance against closed forms and dense matrices."""
 
 import math
 from types import SimpleNamespace
@@ -37,64 +37,30 @@ def twin_moving_kernel(place):
 
 @pytest.mark.parametrize("peclet", [1e-3, 0.1, 5.0, 500.0, 1e5])
 def test_moving_kernel(peclet):
-    place = peclet * PLACES
-    matrix, twin = conduction._moving_kernel(place), twin_moving_kernel(place)
+    matrix, twin = conduction._moving_kernel(peclet * PLACES), twin_moving_kernel(peclet * PLACES)
     # the closed forms themselves lose digits in small cells
     assert_allclose(matrix, twin, rtol=1e-7, atol=1e-7 * np.abs(twin).max())
     flux = np.sqrt(np.clip(1.0 - PLACES**2, 0.0, None))
     assert_allclose(matrix @ flux, twin @ flux, rtol=1e-9, atol=1e-12 * np.abs(twin @ flux).max())
+    for edge in (2.0**_kernels.LOWEST, 2.0**_kernels.HIGHEST):  # of the table of Bessel functions
+        for distance in (0.5 * edge, 1.1 * edge, 0.9 * edge, 2.0 * edge):
+            place = np.array([0.0, distance])
+            assert_allclose(
+                conduction._moving_kernel(place), twin_moving_kernel(place), rtol=1e-6, atol=1e-14 / distance
+            )
 
 
-@pytest.mark.parametrize("edge", [2.0**_kernels.LOWEST, 2.0**_kernels.HIGHEST])
-def test_moving_kernel_beyond_the_table(edge):
-    """Two nodes a little nearer, or farther apart, than the table of Bessel functions reaches."""
-    for distance in (0.5 * edge, 0.9 * edge, 1.1 * edge, 2.0 * edge):
-        place = np.array([0.0, distance])
-        matrix, twin = conduction._moving_kernel(place), twin_moving_kernel(place)
-        # the closed forms themselves lose 1e-16 over the distance
-        assert_allclose(matrix, twin, rtol=1e-6, atol=1e-14 / distance)
-
-
-def test_table_of_bessel_functions_keeps_its_digits():
-    r = np.exp(np.random.default_rng(0).uniform(math.log(1e-8), math.log(1e8), 4000))
-    mantissa, exponent = np.frexp(r)
-    part = (mantissa - 0.5) * 2.0 * _kernels.PER_DOUBLING
-    cell = (exponent - 1 - _kernels.LOWEST) * _kernels.PER_DOUBLING + part.astype(int)
-    t = 2.0 * (part % 1.0) - 1.0
-    rows = conduction._bessel_table()[cell]
-    values = sum(rows[:, -1 - power] * t[:, None] ** power for power in range(rows.shape[1]))
-    assert_allclose(values, np.column_stack([k0e(r), r * k1e(r)]), rtol=1e-13)
-
-
-def twin_flow_heat(x, pressure, film, density, length, speed):
-    slope = np.gradient(pressure, x, edge_order=2)
-    inlet = (x < 0.0) & (np.maximum.accumulate(pressure) < 0.1 * pressure.max()) & (pressure > 0.0)
-    if np.count_nonzero(inlet) > 3:
-        power = np.gradient(np.log(pressure[inlet]), np.log(-x[inlet]), edge_order=2)
-        slope[inlet] = pressure[inlet] / x[inlet] * power
-    freed = np.maximum(speed * (film - film[-1] / density) * slope, 0.0)
-    stored = np.zeros_like(x)
-    for i in range(1, x.size):
-        middle = 0.5 * (length[i] + length[i - 1])
-        decay = np.exp(-(x[i] - x[i - 1]) / middle)
-        stored[i] = stored[i - 1] * decay + 0.5 * (freed[i] + freed[i - 1]) * middle * (1.0 - decay)
-    return np.where(pressure > 0.0, stored / length, 0.0)
-
-
-def test_flow_heat():
-    x = PLACES * 2e-4
-    rng = np.random.default_rng(1)
-    pressure = 1e9 * np.where(PLACES < 0.0, 1.0 / (1.0 + PLACES**4), np.sqrt(np.clip(1.0 - PLACES**2, 0.0, None)))
-    pressure[3] = 0.0  # a node of no pressure in the inlet
-    film = 1e-6 * (1.0 + 0.3 * rng.random(x.size)) + 0.5 * (PLACES * 2e-4) ** 2 / 15e-3
-    density, length = 1.0 + 0.2 * pressure / 1e9, 1e-5 * (0.5 + rng.random(x.size))
-    found = _kernels.flow_heat(x, pressure, film, density, length, 5.0)
-    assert found.max() > 0.0
-    assert_allclose(found, twin_flow_heat(x, pressure, film, density, length, 5.0), rtol=1e-9)
-    # few nodes before the loaded part: the gradient of the mesh throughout
-    short = slice(60, None)
-    arguments = x[short], pressure[short], film[short], density[short], length[short], 5.0
-    assert_allclose(_kernels.flow_heat(*arguments), twin_flow_heat(*arguments), rtol=1e-9)
+def test_heat_that_the_flow_frees_evenly_reaches_the_walls_after_its_length():
+    """q (1 - exp(-(x - x_0)/l)) of q = u (h - h_exit/rho) dp/dx; none where there is no pressure, or p falls."""
+    x = np.linspace(0.0, 3e-4, 61)
+    pressure, density = 1e8 + 1e12 * x, np.full(61, 1.25)
+    film = np.r_[np.full(60, 2e-6), 1e-6]
+    wanted = 5.0 * (2e-6 - 0.8e-6) * 1e12 * -np.expm1(-x[:60] / 4e-5)
+    found = _kernels.flow_heat(x, pressure, film, density, np.full(61, 4e-5), 5.0)
+    assert_allclose(found[:60], wanted, rtol=0.02, atol=0.02 * wanted.max())
+    pressure[30] = 0.0
+    assert _kernels.flow_heat(x, pressure, film, density, np.full(61, 4e-5), 5.0)[30] == 0.0
+    assert np.all(_kernels.flow_heat(x, 4e8 - 1e12 * x, film, density, np.full(61, 4e-5), 5.0) == 0.0)
 
 
 MODULUS = ModulusLaw((2.704e7, 8.399e5, 0.0579, -5.921e-4), 373.15, (1000.0, 95.0))
