@@ -18,7 +18,7 @@ from ehl.rough._kernels.side_flow import (
     isotropic_outflow,
     update_mean_total,
 )
-from ehl.rough.exponential_sums import bessel_kernel, log_coefficients, quad_bessel
+from ehl.rough.exponential_sums import bessel_kernel, quad_bessel
 from ehl.rough.run import TransientRun
 from ehl.rough.scaling import ELASTIC_MODES, MARKS_ALONG, flattening_wave_number
 
@@ -72,13 +72,6 @@ def test_bessel_kernel_is_the_integral_of_k0_within_its_stated_error(k: float) -
         assert found.error < bound  # K0 of the next node is 5.2 to 0.4
         assert np.all((found.ratios >= 0.0) & (found.ratios < 1.0))
         assert np.all(found.weights[:-1] >= 0.0)
-
-
-def test_short_waves_only_make_the_kernel_a_logarithm() -> None:
-    """K0(z) = -ln(z/2) - 0.5772 for small z: the line kernel plus a constant, a rigid shift of the gap."""
-    k, d = 1e-4, np.arange(30)
-    found = bessel_kernel(k, ELASTIC_MODES, MODES)[0].evaluate(d.astype(float)) - log_coefficients(30)
-    np.testing.assert_allclose(found, -math.log(0.5 * k) - np.euler_gamma, atol=4e-3)
 
 
 @pytest.mark.parametrize("waves", [0.3, 1.0, 3.0])

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from samples import STEEL
+from samples import CONTACT, STEEL
 
 import ehl
 from ehl.rough import RoughSurfaces, solve_transient
@@ -18,15 +18,7 @@ STEP = 1e-4  # of the scanned quantity, where the curves themselves change by fa
 
 
 def at(**change) -> ehl.Contact:
-    values = {
-        "oil": "75w90",
-        "temperature": 333.15,
-        "pressure_hertz": 1e9,
-        "radius_equivalent": 15e-3,
-        "speed_entrainment": 5.0,
-        "slide_to_roll": 0.2,
-        "accuracy": "fast",
-    }
+    values = CONTACT | {"oil": "75w90", "temperature": 333.15, "slide_to_roll": 0.2, "accuracy": "fast"}
     return ehl.Contact(**(values | change))
 
 

@@ -28,13 +28,8 @@ from ehl.smooth.solver import solve_steady
 
 Array = NDArray[np.float64]
 
-STATE: dict[str, Any] = {
-    "oil": "fva3",
-    "temperature_oil": "80 degC",
-    "pressure_hertz": "1 GPa",
-    "radius_equivalent": "15 mm",
-    "speed_entrainment": "5 m/s",
-}
+STATE: dict[str, Any] = {"oil": "fva3", "temperature_oil": 353.15, "pressure_hertz": 1e9}
+STATE |= {"radius_equivalent": 15e-3, "speed_entrainment": 5.0}
 
 
 def even_film(oil: Lubricant, slip: float, nodes: int = 401) -> tuple[LineContact, Array, Array, Array, Array]:

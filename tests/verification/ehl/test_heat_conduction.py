@@ -6,14 +6,11 @@ import math
 import numpy as np
 import pytest
 from contacts import BEARING_STEEL as STEEL
-from contacts import line_contact, thermal_traction
 from numpy.testing import assert_allclose
 from scipy.integrate import quad
-from scipy.linalg import solve_banded
 from scipy.special import k0e
-from twins.material_points import material_point_matrices, material_point_matrix
+from twins.material_points import material_point_matrix
 
-from ehl.fluid.lubricant import Lubricant
 from ehl.heat.conduction import jaeger_matrix
 
 B = 2e-4
@@ -84,60 +81,3 @@ def test_blok_limit_of_the_fast_band():
     u = speed(400.0)
     blok = 2.0 * math.sqrt(2.0 * B / (math.pi * u)) / STEEL.thermal_effusivity
     assert (jaeger_matrix(x, u, STEEL, B) @ flux).max() == pytest.approx(blok, rel=3e-3)
-
-
-def test_jaeger_error_falls_with_the_square_of_the_mesh():
-    def largest(n: int) -> float:
-        x = np.linspace(-1.0, 1.0, n) * B
-        return float((jaeger_matrix(x, speed(5.0), STEEL, B) @ (1.0 - (x / B) ** 2))[(n - 1) * 3 // 4])
-
-    coarse, mid, fine, finest = (largest(n) for n in (41, 81, 161, 321))
-    assert math.log2((coarse - mid) / (mid - fine)) == pytest.approx(2.0, abs=0.1)
-    assert math.log2((mid - fine) / (fine - finest)) == pytest.approx(2.0, abs=0.1)
-
-
-def half_space(x: np.ndarray, flux: np.ndarray, u: float) -> tuple[float, float]:
-    """Highest surface rise and heat content at the end, by implicit steps in time through the depth."""
-    steps, cells = 1500, 300
-    t_end = (x[-1] - x[0]) / u
-    dt = t_end / steps
-    depth = 8.0 * math.sqrt(STEEL.thermal_diffusivity * t_end)
-    face = depth * np.linspace(0.0, 1.0, cells + 1) ** 2
-    size, gap = np.diff(face), np.diff(0.5 * (face[1:] + face[:-1]))
-    capacity = STEEL.density * STEEL.heat_capacity * size / dt
-    conductance = STEEL.thermal_conductivity / gap
-    band_matrix = np.zeros((3, cells))
-    band_matrix[1] = capacity
-    band_matrix[1, :-1] += conductance
-    band_matrix[1, 1:] += conductance
-    band_matrix[0, 1:] = band_matrix[2, :-1] = -conductance
-    rise, highest = np.zeros(cells), 0.0
-    inflow = np.interp(x[0] + u * dt * (np.arange(steps) + 1.0), x, flux)
-    for q in inflow:
-        rhs = capacity * rise
-        rhs[0] += q
-        rise = solve_banded((1, 1), band_matrix, rhs)
-        highest = max(highest, rise[0] + q * 0.5 * size[0] / STEEL.thermal_conductivity)
-    return highest, float(np.sum(rise * size) * STEEL.density * STEEL.heat_capacity)
-
-
-@pytest.mark.parametrize("slide", [0.5, -1.2])
-def test_surfaces_of_a_solved_contact_against_an_independent_solution_in_depth(slide):
-    line = line_contact(speed_entrainment=10.0, slide_to_roll=slide)
-    oil = Lubricant(0.0106, 15e-9, rheology="eyring", temperature=373.15, temperature_viscosity=0.04)
-    unit = np.sin(0.5 * np.pi * np.linspace(-1.0, 1.0, 241))
-    x = unit * line.half_width
-    pressure = 1e9 * np.sqrt(np.maximum(1.0 - unit**2, 0.0))
-    bodies = (STEEL, STEEL)
-    matrices = material_point_matrices(x, line, bodies)
-    result = thermal_traction(x, pressure, np.full_like(x, 4e-7), line, oil, bodies, matrices=matrices)
-    carried = 0.0
-    surfaces = (result.temperature_flash_1, result.temperature_flash_2)
-    fluxes = (result.heat_flux_1, result.heat_flux_2)
-    for u, surface, flux in zip((line.speed_1, line.speed_2), surfaces, fluxes, strict=True):
-        highest, content = half_space(x, flux, u)
-        assert surface.max() - 373.15 == pytest.approx(highest, rel=3e-3)
-        carried += content * u
-    # the heat both bodies carry away is the friction power
-    power = result.friction_fluid * line.load_per_length * line.speed_sliding
-    assert carried == pytest.approx(power, rel=1e-3)

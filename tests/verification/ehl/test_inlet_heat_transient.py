@@ -1,22 +1,19 @@
 """Heat of the pressure-driven flow in the transient solver: fast films of gear oils against the steady solver."""
 
-import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from contacts import line_contact
+from samples import CONTACT, STEEL, contact_case
 from twins.material_points import without_flow_heat
 
 import ehl.smooth.thermal
-from ehl.common.validation import validate
 from ehl.contact import Contact
 from ehl.fluid.oil import Oil
 from ehl.inputs import TOLERANCE
 from ehl.line_contact import LineContact
-from ehl.material import Material
-from ehl.rough import RoughSurfaces, solve_transient
-from ehl.rough._kernels.march import HEAT_RATE, MU_FLUID
+from ehl.rough import solve_transient
 from ehl.rough.mixed import (
     ROLLING_EFFECT,
     ROUGHNESS_EFFECT,
@@ -24,12 +21,8 @@ from ehl.rough.mixed import (
     ROUGHNESS_RATIO,
     rolling_heat_of,
 )
-from ehl.rough.run import TransientRun
-from ehl.rough.scaling import Settings, build_problem
 from ehl.smooth.thermal import SmoothFilm, solve_smooth
 from ehl.solve import NO_INLET_HEAT
-
-STEEL = Material.load("steel")
 
 
 def line(speed: float, slide_to_roll: float) -> LineContact:
@@ -39,19 +32,11 @@ def line(speed: float, slide_to_roll: float) -> LineContact:
 
 
 def rough_case(rms: float, speed: float = 15.0, **model: object) -> Contact:
-    return validate(
-        Contact,
-        {
-            "contact": {
-                "radius_equivalent": 0.01,
-                "pressure_hertz": 1e9,
-                "speed_entrainment": speed,
-                "slide_to_roll": 0.3,
-            },
-            "lubricant": {"oil": "75w90", "temperature_oil": 333.15},
-            "surface": {"roughness_rms_1": rms, "correlation_length": 60e-6},
-            "model": {"accuracy": "fast"} | model,
-        },
+    return contact_case(
+        contact=CONTACT | {"radius_equivalent": 0.01, "speed_entrainment": speed},
+        lubricant={"oil": "75w90", "temperature_oil": 333.15},
+        surface={"roughness_rms_1": rms, "correlation_length": 60e-6},
+        model={"accuracy": "fast"} | model,
     )
 
 
@@ -73,19 +58,6 @@ def test_fast_smooth_film_is_the_steady_thermal_one(
     assert moving.friction_coefficient == pytest.approx(steady.friction_fluid, rel=0.01)
     assert moving.temperature_film_max == pytest.approx(steady.temperature_film_max, abs=1.0)  # in the pressure spike
     assert moving.temperature_flash == pytest.approx(steady.temperature_flash, abs=0.62)  # 1.5 % of the largest rise
-
-
-def test_heat_into_the_surfaces_is_the_friction_power_and_that_of_the_flow() -> None:
-    contact, oil = line(15.0, 0.5), Oil.load("75w90").at(333.15)
-    x = np.linspace(-3.0, 1.0, 41) * contact.half_width
-    flux = 2e6 * np.exp(-((x / contact.half_width + 1.0) ** 2) / 0.1)
-    settings = Settings(200, 20e-9, 0.1, math.inf, True, 8e9, rolling_heat=(x, flux))
-    run = TransientRun(build_problem(contact, oil, RoughSurfaces(), (STEEL, STEEL), settings))
-    units, model = run.problem.units, run.problem.model
-    record = run.advance(round(3.0 * units.steps_per_half_width))[0][-1]
-    sliding = record[MU_FLUID] - model.contact.wedge_shear / model.contact.full_load
-    power = sliding * contact.load_per_length * contact.speed_sliding
-    assert record[HEAT_RATE] * units.spacing == pytest.approx(power + np.trapezoid(flux, x), rel=2e-3)
 
 
 def test_the_flow_heats_nothing_where_it_is_slow(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,7 +1,6 @@
 """What one stretch of a surface, and one window of its side drainage, say of the rest."""
 
 import math
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,7 +8,6 @@ from contacts import line_contact
 
 from ehl.fluid.lubricant import Lubricant
 from ehl.rough import RoughSurfaces, TransientResult, solve_transient
-from ehl.rough.averaging import net_exchange
 from ehl.surface.roughness import generate_profile
 
 OIL = Lubricant(0.015, 15e-9, rheology="eyring", eyring_stress=5e6)
@@ -41,26 +39,3 @@ def test_realisation_error_covers_other_stretches_of_the_same_surfaces(
     if slide_to_roll == -2.0:  # the interval of the time mean sees nothing of a surface at rest
         assert np.count_nonzero(away <= statistical) < 8
     assert np.median(realisation) < 4.0 * 1.645 * np.std(away)
-
-
-def window(exchange: np.ndarray) -> SimpleNamespace:
-    contact = SimpleNamespace(middle_first=0, middle_last=4)
-    problem = SimpleNamespace(model=SimpleNamespace(contact=contact))
-    return SimpleNamespace(
-        exchanges=[exchange], run=SimpleNamespace(problem=problem, state=SimpleNamespace(mass=np.ones(4)))
-    )
-
-
-def test_net_exchange_tells_drift_from_what_a_window_happens_to_hold() -> None:
-    """A surplus that is always made good again has no mean; with a drift of 0.3 the slope finds it."""
-    rng = np.random.default_rng(3)
-    shape = np.sin(np.linspace(0.0, math.pi, 40))
-    shape /= np.cumsum(shape).max()
-    found = []
-    for _ in range(200):
-        stored = rng.standard_normal(9) * 0.4
-        noise = np.outer(np.diff(stored), shape)
-        found.append(net_exchange(window(noise + 0.3 * shape)))
-    assert np.mean(found) == pytest.approx(0.3, abs=0.02)
-    # the plain mean of the window wanders more than the slope
-    assert np.std(found) < 0.75 * 0.4 * math.sqrt(2.0) / 8.0

@@ -3,7 +3,6 @@
 import math
 from dataclasses import replace
 
-import numpy as np
 import pytest
 from contacts import BEARING_STEEL as STEEL
 from contacts import gear_range
@@ -14,13 +13,12 @@ from twins.material_points import at_mid_film, conducts_like_the_transient_solve
 from ehl.fluid.lubricant import FilmConductivity
 from ehl.fluid.oil import Oil
 from ehl.heat.estimate import murch_wilson_1975, thermal_loading
-from ehl.smooth import hot_film, refine
+from ehl.smooth import refine
 from ehl.smooth import thermal as thermal_steady
-from ehl.smooth.newton import NewtonFailure
 from ehl.smooth.solver import solve_steady
 from ehl.smooth.thermal import solve_smooth
 
-BODIES = (STEEL, STEEL)
+BODIES, CONSTANT = (STEEL, STEEL), FilmConductivity(c1=0.0, c2=0.0)
 
 # alpha [1/GPa], p_h [GPa], u_r [m/s], SR: mu isothermal and thermal, highest rise of film and surface [K] (or nan)
 PROTOTYPE = [
@@ -46,12 +44,8 @@ def test_against_an_independent_transient_program_run_to_steady_state(monkeypatc
     at_mid_film(monkeypatch)
     alpha, pressure, speed, slide, cold, hot, film, flash = row
     line = contact(pressure_hertz=pressure * 1e9, speed_entrainment=speed, slide_to_roll=slide)
-    result = solve_smooth(
-        line,
-        oil(pressure_viscosity=alpha * 1e-9, film_conductivity=FilmConductivity(c1=0.0, c2=0.0)),
-        BODIES,
-        thermal="on",
-    )
+    lubricant = oil(pressure_viscosity=alpha * 1e-9, film_conductivity=CONSTANT)
+    result = solve_smooth(line, lubricant, BODIES, thermal="on")
     assert result.status == "converged"
     # its mesh has 256 nodes (3 % where friction is nearly Newtonian), its figures four digits
     assert result.isothermal.friction_fluid == pytest.approx(cold * 1e-4, rel=0.03, abs=1e-4)
@@ -63,10 +57,7 @@ def test_against_an_independent_transient_program_run_to_steady_state(monkeypatc
 
 @pytest.mark.parametrize("speed", [5.0, 10.0, 15.0, 20.0])
 def test_inlet_heating_in_pure_rolling_against_murch_and_wilson(speed):
-    line, lubricant = (
-        contact(speed_entrainment=speed, slide_to_roll=0.0),
-        oil(film_conductivity=FilmConductivity(c1=0.0, c2=0.0)),
-    )
+    line, lubricant = contact(speed_entrainment=speed, slide_to_roll=0.0), oil(film_conductivity=CONSTANT)
     result = solve_smooth(line, lubricant, BODIES, thermal="on")
     assert result.friction_fluid == 0.0
     assert result.energy_residual < 1e-3
@@ -92,21 +83,6 @@ def test_isothermal_limit():
     assert result.rounds >= 1
     assert result.friction_fluid == pytest.approx(result.isothermal.friction_fluid, rel=1e-4)
     assert result.film_reduction == pytest.approx(1.0, abs=1e-4)
-
-
-def test_friction_rises_peaks_and_falls_over_sliding():
-    slides = (0.003, 0.02, 0.1, 0.3, 0.8, 1.5)
-    results = [
-        solve_smooth(contact(speed_entrainment=10.0, slide_to_roll=s), oil(), BODIES, thermal="on") for s in slides
-    ]
-    mu = np.array([r.friction_fluid for r in results])
-    peak = int(np.argmax(mu))
-    assert 0 < peak < len(mu) - 1
-    assert np.all(np.diff(mu[: peak + 1]) > 0.0)
-    assert np.all(np.diff(mu[peak:]) < 0.0)
-    # from where sliding makes more heat than the pressure-driven flow: the hotter, the thinner
-    assert np.all(np.diff([r.film_reduction for r in results])[1:] < 0.0)
-    assert np.all(np.diff([r.temperature_film_max for r in results])[1:] > 0.0)
 
 
 def test_contacts_of_the_gear_range_converge_and_balance():
@@ -148,23 +124,13 @@ def test_reported_error_covers_the_difference_to_reference():
         assert true < 2e-3
 
 
-@pytest.mark.parametrize("failing", ["cold", "hot"])
-def test_a_film_that_cannot_be_solved_is_a_status(failing, monkeypatch):
+def test_a_cold_film_that_cannot_be_solved_is_a_status(monkeypatch):
     def stubborn(*arguments, **options):
         return replace(solve_steady(*arguments, **options), status="failed", reason="path_limit", friction_fluid=0.0)
 
-    def lost(*arguments, **options):
-        raise NewtonFailure("path_limit", 1)
-
-    if failing == "cold":
-        monkeypatch.setattr(thermal_steady, "solve_steady", stubborn)
-    else:
-        monkeypatch.setattr(hot_film, "solve_level", lost)
+    monkeypatch.setattr(thermal_steady, "solve_steady", stubborn)
     result = solve_smooth(contact(), oil(), BODIES, thermal="on")
-    assert (result.status, result.reason, result.heat) == ("failed", "path_limit", None)
-    assert result.friction_fluid == 0.0
-    if failing == "hot":
-        assert result.friction_error == math.inf
+    assert (result.status, result.reason, result.heat, result.friction_fluid) == ("failed", "path_limit", None, 0.0)
 
 
 def test_start_from_a_neighbour_gives_the_same_with_fewer_iterations():

@@ -5,11 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from samples import contact_case
 from twins.material_points import conducts_like_the_transient_solver
 from twins.rough_scenes import STEEL, Scene, eyring_oil, gaussian_pair, line, speed_of_film_ratio
 
-from ehl.common.validation import validate
-from ehl.contact import Contact
 from ehl.fluid.lubricant import FilmConductivity
 from ehl.rough import RoughSurfaces
 from ehl.rough._kernels.march import FILM_MEAN, FLASH_MAX, MU_FLUID, TEMPERATURE_MAX
@@ -94,20 +93,10 @@ def test_bodies_colder_than_the_oil() -> None:
 
 
 def test_rough_contact_takes_bulk_temperatures_and_kernel_from_its_input() -> None:
-    case = validate(
-        Contact,
-        {
-            "contact": {
-                "radius_equivalent": 0.015,
-                "pressure_hertz": 1e9,
-                "speed_entrainment": 4.0,
-                "slide_to_roll": 0.5,
-            },
-            "lubricant": {"viscosity_inlet": 0.015, "pressure_viscosity": 15e-9, "temperature_oil": 353.15},
-            "solid_1": {"temperature_bulk": 373.15},
-            "surface": {"roughness_rms_1": 0.3e-6, "roughness_rms_2": 0.3e-6, "correlation_length": 60e-6},
-            "model": {"accuracy": "fast", "thermal": "on"},
-        },
+    case = contact_case(
+        solid_1={"temperature_bulk": 373.15},
+        surface={"roughness_rms_1": 0.3e-6, "roughness_rms_2": 0.3e-6, "correlation_length": 60e-6},
+        model={"accuracy": "fast", "thermal": "on"},
     )
     assert case.bulk_temperatures() == (373.15, 353.15)
     run = solve_mixed(case.problem(), SmoothFriction(), thermal=True)
