@@ -140,6 +140,8 @@ def test_opposed_surfaces_and_a_body_at_rest():
     rest = solve(contact(slide_to_roll=2.0), oil())
     assert rest.status == "converged"
     assert rest.peclet_number == 0.0
+    # where a lagged temperature oscillates
+    assert solve(contact(pressure_hertz=2e9, speed_entrainment=15.0, slide_to_roll=1.5), oil()).iterations < 20
 
 
 def test_heat_field_of_a_body_at_rest_is_even_and_turns_over_with_the_motion():
@@ -194,7 +196,7 @@ def test_every_contact_of_a_wide_range_balances():
         result = solve(line, lubricant, film=film)
         assert result.status == "converged"
         assert result.energy_residual < 1e-6
-        assert result.iterations <= 20
+        assert result.iterations < 30
         assert 0.0 < result.friction_fluid <= cold_friction(line, lubricant, film) * (1.0 + 1e-9)
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from refusals import refuses
+from samples import CONTACT
 
 from ehl.contact import Contact
 from ehl.surface.finish import Finish
@@ -94,22 +95,21 @@ def test_the_command_shows_checks_and_draws(mixed_ehl: Callable[..., Any], tmp_p
         measured_surface(path, cutoff_long="2 m")
 
 
-PRINTED_OF = {"oil": "75w90", "temperature": "90 degC", "pressure_hertz": "1 GPa", "radius_equivalent": "10 mm"}
+PRINTED_OF: dict[str, Any] = CONTACT | {"oil": "75w90", "temperature": "90 degC", "roughness_rms_1": 0.5e-6}
 
 
 def test_what_is_printed_is_an_input(tmp_path: Path) -> None:
     """RSm/5, Sal/1.25 and sqrt(2) Rq/(0.65 Rdq) of one surface; of a known profile within the bounds stated."""
-    keys: dict[str, Any] = PRINTED_OF | {"speed_entrainment": "5 m/s", "roughness_rms_1": 0.5e-6}
     for printed, length in (
         ({"rsm": "80 um"}, 16e-6),
         ({"sal": "20 um"}, 16e-6),
         ({"rdq": 0.05}, 2.0**0.5 * 0.5e-6 / (0.65 * 0.05)),
         ({"rsm": "80 um", "rdq": 0.06, "sal": "20 um"}, 16e-6),
     ):
-        assert Contact(**keys, **printed).surface.correlation_length == pytest.approx(length, rel=1e-12)
-    assert Contact(**keys, rsm="80 um").replace(rsm="60 um").surface.correlation_length == pytest.approx(12e-6)
+        assert Contact(**PRINTED_OF, **printed).surface.correlation_length == pytest.approx(length, rel=1e-12)
+    assert Contact(**PRINTED_OF, rsm="80 um").replace(rsm="60 um").surface.correlation_length == pytest.approx(12e-6)
     found = measured_surface(trace(tmp_path, generate_profile(0.5e-6, 20e-6, 6e-3, STEP, 4).heights))
-    again = Contact(**keys, rsm=found.rsm, rdq=found.rdq).surface.correlation_length
+    again = Contact(**PRINTED_OF, rsm=found.rsm, rdq=found.rdq).surface.correlation_length
     assert again == pytest.approx(found.correlation_length, rel=0.4)
 
 
@@ -124,6 +124,5 @@ def test_what_is_printed_is_an_input(tmp_path: Path) -> None:
     ],
 )
 def test_printed_numbers_that_contradict_are_refused(printed: dict[str, Any], field: str) -> None:
-    keys: dict[str, Any] = PRINTED_OF | {"speed_entrainment": "5 m/s", "roughness_rms_1": 0.5e-6}
     with refuses(field):
-        Contact(**keys | printed)
+        Contact(**PRINTED_OF | printed)

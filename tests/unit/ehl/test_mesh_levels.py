@@ -89,11 +89,7 @@ def counted(plan: RunPlan, spreads: tuple[float, ...], rolled: tuple[float, ...]
     [
         ((7.4e-5, 0.0), {}, (12.0, 8.0)),
         ((7.6e-5, 0.0), {}, (16.0, 8.0)),
-        (
-            (7.4e-5, 5.1e-5),
-            {},
-            (32.0, 16.0),
-        ),  # the largest gain per work: six blocks, of which four on the coarse mesh first
+        ((7.4e-5, 5.1e-5), {}, (32.0, 16.0)),  # the largest gain per work: of six blocks four on the coarse mesh first
         ((9e-4, 0.0), {}, (96.0, 8.0)),  # full
         ((2e-4, 0.0), {"budget": 600.0}, (28.0, 8.0)),  # the budget ends it
         ((2e-4, 0.0), {"budget": 640.0}, (32.0, 8.0)),

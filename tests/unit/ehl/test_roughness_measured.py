@@ -204,14 +204,19 @@ def test_joined_ends_are_periodic_and_keep_the_rms():
 
 
 def test_preparation_recovers_a_generated_profile():
+    """Of a flank of 10 mm radius, mounted with a tilt, and of waviness where a long cut-off is given."""
     truth = generate_profile(0.4e-6, 30e-6, 8e-3, STEP, 4)
     x = truth.x
-    heights = truth.heights + 5e-6 + 2e-3 * x  # mounted with a tilt
+    heights = truth.heights + 5e-6 + 2e-3 * x - (x - 3e-3) ** 2 / 20e-3
     heights = heights + 20e-9 * np.random.default_rng(0).standard_normal(len(x))
     profile = prepared_profile(x, heights, cutoff_long=None, cutoff_short=15e-6)
     assert profile.rms == pytest.approx(truth.rms, rel=0.08)
     assert profile.correlation_length == pytest.approx(truth.correlation_length, rel=0.1)
     assert (profile.cutoff, profile.spacing) == (15e-6, 3e-6)
+    waves = 1e-6 * np.sin(2 * np.pi * x / 4e-3) + 0.1e-6 * np.sin(2 * np.pi * x / 50e-6)
+    middle = prepared_profile(x, waves, cutoff_long=0.8e-3, cutoff_short=5e-6).heights
+    middle = middle[len(middle) // 4 : -len(middle) // 4]
+    assert np.std(middle) == pytest.approx(0.1e-6 / math.sqrt(2), rel=0.05)
 
 
 @pytest.mark.parametrize(("field", "value"), [("cutoff_short", 1e-6), ("cutoff_short", 2e-3), ("cutoff_long", 11e-6)])
