@@ -207,17 +207,18 @@ def test_marks_along_the_motion_widen_the_error(
     plain = sum(limit.friction for limit in limits_of(good, good.problem))
     still = replace(found, friction_coefficient=0.0, friction_asperity=0.0, friction_fluid=0.0)  # no sliding
     assert all(np.isfinite(limit.friction) for limit in limits_of(still, problem))
-    assert sum(limit.friction for limit in limits_of(found, problem)) - plain == pytest.approx(error, abs=1e-12)
+    limits = list(limits_of(found, problem))
+    assert sum(limit.friction for limit in limits) - plain == pytest.approx(error, abs=1e-12)
+    assert any("Peklenik number" in limit.note for limit in limits) is (error > 0.0)
 
 
 def test_laws_of_the_oil_beyond_their_measurements_widen_the_interval() -> None:
     """The half-width holds the change with the tangent of the law at the end of what was measured."""
-    keys: dict[str, Any] = {"oil": "75w90", "radius_equivalent": "15 mm", "speed_entrainment": "5 m/s"}
-    keys |= {"slide_to_roll": 0.1, "accuracy": "fast"}
-    oil, spreads = Oil.load("75w90"), UncertaintyInput()
+    contact, spreads = Contact(oil="75w90", temperature="60 degC", accuracy="fast", **CONTACT), UncertaintyInput()
+    oil = Oil.load("75w90")
 
     def spread(name: str, temperature: str, pressure: str) -> tuple[float, float]:
-        problem = Contact(**keys, temperature=temperature, pressure_hertz=pressure).problem()
+        problem = contact.replace(temperature=temperature, pressure_hertz=pressure).problem()
         inputs = {found.name: found.spread.sd for found in uncertain_contact_inputs(problem, spreads, oil, math.inf)}
         change = {
             "viscosity": problem.lubricant.extrapolated,
@@ -225,12 +226,9 @@ def test_laws_of_the_oil_beyond_their_measurements_widen_the_interval() -> None:
         }
         return inputs[name], change[name]
 
-    for name, temperature, pressure in (
-        ("viscosity", "-20 degC", "0.6 GPa"),
-        ("pressure_viscosity", "60 degC", "2 GPa"),
-    ):
+    for name, *beyond in (("viscosity", "-20 degC", "0.6 GPa"), ("pressure_viscosity", "60 degC", "2 GPa")):
         plain, none = spread(name, "60 degC", "0.6 GPa")
         assert none == 0.0
-        wider, change = spread(name, temperature, pressure)
+        wider, change = spread(name, *beyond)
         assert change > 0.05
         assert wider == pytest.approx(math.hypot(plain, change / 1.6449), rel=1e-4)

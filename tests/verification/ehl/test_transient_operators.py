@@ -85,13 +85,6 @@ def test_bulk_temperatures_of_both_bodies(monkeypatch: pytest.MonkeyPatch, slide
     assert steady.film.film_central < 0.98 * steady.isothermal.film_central
 
 
-def test_bodies_colder_than_the_oil() -> None:
-    scene = Scene(line(5.0, 0.0), replace(OIL, temperature=353.15), RoughSurfaces(), thermal=True)
-    last = rolled(run_of(scene, 50.0, temperature_bulk=(333.15, 343.15)), 3.0, 0.1)[-1]
-    assert 353.15 + last[FLASH_MAX] == pytest.approx(343.15, abs=0.1)
-    assert last[TEMPERATURE_MAX] == pytest.approx(338.15, abs=0.1)
-
-
 def test_rough_contact_takes_bulk_temperatures_and_kernel_from_its_input() -> None:
     case = contact_case(
         solid_1={"temperature_bulk": 373.15},

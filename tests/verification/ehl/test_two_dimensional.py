@@ -96,13 +96,3 @@ def test_a_thick_film_without_marks_across_is_nearly_that_of_smooth_surfaces(gam
     assert rough.transient.film_mean == pytest.approx(smooth.film_central, rel=0.05)
     assert rough.friction_coefficient == pytest.approx(smooth.friction_coefficient, rel=0.005)
     assert rough.transient.net_exchange < 0.08
-
-
-@pytest.mark.parametrize(("gamma", "noted"), [(0.5, True), (1.0, False)])
-def test_marks_along_the_motion_are_outside_of_what_was_confirmed(gamma: float, noted: bool) -> None:
-    found = Contact(
-        oil="75w90", temperature="80 degC", pressure_hertz="1.1 GPa", radius_equivalent="15 mm", speed_entrainment=3.0,
-        slide_to_roll=0.3, roughness_rms="0.6 um", correlation_length="40 um", peklenik_number=gamma, accuracy="fast",
-    ).solve()  # fmt: skip
-    assert found.asperity_load_share > 0.01
-    assert any("Peklenik number" in note for note in found.notes) == noted
