@@ -50,7 +50,7 @@ def test_log_coefficients_are_the_integral_of_the_logarithm() -> None:
 
 @pytest.mark.parametrize("modes", [MODES, 10])
 @pytest.mark.parametrize("n", [64, 512, 4096, 32768])
-def test_log_kernel_fitted_or_of_the_table_states_its_error(n: int, modes: int) -> None:
+def test_fitted_log_kernel_states_its_error(n: int, modes: int) -> None:
     table, fit = log_kernel(n, modes), fit_log_kernel(n, modes)
     kernel = log_coefficients(n) + kernel_constant(n)
     for found in (table, fit):
