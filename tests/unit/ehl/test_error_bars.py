@@ -158,35 +158,26 @@ def test_heat_left_out_adds_its_estimate_to_both_errors() -> None:
 # --- rough contact: interval of a mean
 
 
-def test_interval_of_an_alternating_series_by_hand() -> None:
-    """Ten batch means of +-1: no positive correlation, so r = 0.1 for its bias; (1 + r)/(1 - r) = 1.2222.
-
-    Standard deviation sqrt(10/9), standard error 0.368514, freedom 10/1.2222 - 1 = 7.1818, t(95 %) = 1.88739.
-    """
-    series = np.repeat(np.tile([1.0, -1.0], 5), 2) + 3.0
-    mean, half = batch_means(series, 4)  # half batches of two steps
-    assert mean == 3.0
-    assert half == pytest.approx(1.887387 * 0.368514, rel=1e-6)
+SQUARE = np.array([0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 1.0])
 
 
-def test_interval_corrects_the_correlation_of_its_batches() -> None:
-    """0 0 1 1 0 0 1 1 about 0.5: seven products of 0.25, four of them positive, over eight squares: r = 1/8.
-
-    With its bias 0.125 + 1.375/8 = 0.296875, inflation 1.844444, freedom 8/1.844444 - 1 = 3.337349.
-    """
-    series = np.array([0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 1.0])
-    assert neighbour_correlation(series) == pytest.approx(0.125)
+@pytest.mark.parametrize(
+    ("series", "steps", "student", "error"),
+    [
+        # ten means of +-1: no positive correlation, r = 0.1 for its bias, inflation 1.2222, freedom 10/1.2222 - 1
+        (np.repeat(np.tile([1.0, -1.0], 5), 2), 4, 1.887387, math.sqrt(10.0 / 9.0 * 1.2222222 / 10.0)),
+        # seven products of 0.25, four of them positive, over eight squares: r = 1/8, with its bias 0.125 + 1.375/8 =
+        # 0.296875, inflation 1.844444, freedom 8/1.844444 - 1 = 3.337349
+        (SQUARE, 1, 2.259480, math.sqrt(2.0 / 7.0 * 1.844444444 / 8.0)),
+        # no correlation is trusted above its bound: inflation 9, two degrees of freedom
+        (np.arange(6.0), 1, 2.919986, math.sqrt(3.5 * 9.0 / 6.0)),
+    ],
+)
+def test_interval_of_a_mean_by_hand(series: np.ndarray, steps: int, student: float, error: float) -> None:
+    """Student's t (95 %) times the standard error by half batches, inflated by (1 + r)/(1 - r) of their neighbours."""
+    assert batch_means(series + 3.0, steps) == pytest.approx((3.0 + series.mean(), student * error), rel=1e-6)
+    assert neighbour_correlation(SQUARE) == pytest.approx(0.125)
     assert neighbour_correlation(np.ones(8)) == 0.0
-    # batches of one step, of which half a batch is one step as well
-    _, half = batch_means(series, 1)
-    error = math.sqrt(2.0 / 7.0 * 1.844444444 / 8.0)
-    assert half == pytest.approx(2.259480 * error, rel=1e-6)
-
-
-def test_interval_trusts_no_correlation_above_its_bound() -> None:
-    """A ramp of six: inflation 9, and Student's t with 2 degrees of freedom, 2.91999."""
-    _, half = batch_means(np.arange(6.0), 1)
-    assert half == pytest.approx(2.919986 * math.sqrt(3.5 * 9.0 / 6.0), rel=1e-6)
 
 
 def test_interval_merges_twenty_parts_with_a_correlation_above_a_fifth() -> None:
@@ -211,19 +202,20 @@ def test_interval_needs_five_batches_and_widens_with_its_confidence() -> None:
     assert ratio == pytest.approx(2.352 / 1.888, rel=2e-3)
 
 
-def test_extrapolation_of_two_meshes_is_exact_for_second_order() -> None:
-    """0.05 + 0.0004 (h/dx)^2 on dx and 2 dx: the fine mean is off by what remains as the error."""
-    for slope in (0.0004, -0.0004):
-        value, error = richardson(0.05 + 4.0 * slope, 0.05 + slope)
-        assert value == pytest.approx(0.05, rel=1e-12)
-        assert error == pytest.approx(0.0004, rel=1e-9)
-
-
-@pytest.mark.parametrize(("coarse", "value"), [(0.8, 1.0 + 0.1 / 3.0), (1.2, 1.0 - 0.1 / 3.0)])
-def test_extrapolation_corrects_by_no_more_than_a_third_of_ten_per_cent(coarse: float, value: float) -> None:
-    """Of a third of 0.2 a half is corrected; the third is error, and twice what is left."""
-    assert richardson(coarse, 1.0) == pytest.approx((value, 0.2 / 3.0 + 2.0 * 0.1 / 3.0), rel=1e-12)
-    assert richardson(-coarse, -1.0) == pytest.approx((-value, 0.4 / 3.0), rel=1e-12)
+@pytest.mark.parametrize(
+    ("coarse", "fine", "value", "error"),
+    [
+        (0.0516, 0.0504, 0.05, 0.0004),  # 0.05 + 0.0004 (h/dx)^2: exact, and the fine mean is off by the error
+        (0.0484, 0.0496, 0.05, 0.0004),
+        (0.8, 1.0, 1.0 + 0.1 / 3.0, 0.4 / 3.0),  # of a third of 0.2 a half is corrected; the third is error, and twice
+        (1.2, 1.0, 1.0 - 0.1 / 3.0, 0.4 / 3.0),  # what is left
+        (-0.8, -1.0, -1.0 - 0.1 / 3.0, 0.4 / 3.0),
+    ],
+)
+def test_extrapolation_of_two_meshes_corrects_by_no_more_than_a_third_of_ten_per_cent(
+    coarse: float, fine: float, value: float, error: float
+) -> None:
+    assert richardson(coarse, fine) == pytest.approx((value, error), rel=1e-9)
 
 
 def window(friction: np.ndarray, steps_per_half_width: int = 5, batch: float = 2.0) -> Window:

@@ -96,12 +96,3 @@ def test_eyring_shear_in_logarithms_is_asinh(ratio: float) -> None:
     film = 0.02 / (5e6 * math.exp(ratio))
     expected = 5e6 * math.asinh(math.exp(ratio))
     assert lubricant.shear_stress(np.zeros(1), np.array([film]), 1.0)[0] == pytest.approx(expected, rel=1e-9)
-
-
-def test_limiting_stress_caps_and_zero_sliding_is_zero() -> None:
-    lubricant = Lubricant(0.02, 18e-9, rheology="eyring", eyring_stress=5e7, limiting_shear_coefficient=0.04)
-    film = np.full_like(PRESSURE, 1e-7)
-    stress = lubricant.shear_stress(PRESSURE, film, 10.0)
-    assert np.all(stress <= 0.04 * PRESSURE)
-    assert np.any(stress == 0.04 * PRESSURE)
-    assert np.all(lubricant.shear_stress(PRESSURE, film, 0.0) < 1e-200)

@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from contacts import line_contact
-from twins.exact_elasticity import LogConvolution
 
 from ehl.common.data import data_names
 from ehl.compile._kernels import log as log_of_one
@@ -22,7 +21,7 @@ from ehl.rough._kernels.fluid import (
     refresh_rows,
     temperature_place,
 )
-from ehl.rough._kernels.quasi_separable import MODES, exponential_product, factor_and_solve
+from ehl.rough._kernels.quasi_separable import MODES, factor_and_solve
 from ehl.rough._kernels.records import Fluid, FluidityRows
 from ehl.rough._kernels.vectors import exp, log
 from ehl.rough.exponential_sums import (
@@ -31,7 +30,6 @@ from ehl.rough.exponential_sums import (
     kernel_constant,
     log_coefficients,
     log_kernel,
-    range_of,
 )
 from ehl.rough.scaling import Units, scaled_fluid
 
@@ -72,18 +70,6 @@ def test_fitted_root_kernel_against_the_integral() -> None:
     assert np.abs(fit.evaluate(j) / exact - 1.0).max() < 5e-3
     # the temperature under a constant flux, which is what the memory computes
     np.testing.assert_allclose(np.cumsum(fit.evaluate(j)), 2.0 * np.sqrt(j + 1.0), rtol=1e-3)
-
-
-def test_recursion_matches_dense_and_fft_products() -> None:
-    n = 200
-    fit = fit_log_kernel(range_of(n), 10)
-    q = np.random.default_rng(1).random(n)
-    out = np.zeros(n)
-    exponential_product(q, fit.weights, fit.ratios, out)
-    np.testing.assert_allclose(out, fit.evaluate(np.arange(n, dtype=float))[distances(n)] @ q, rtol=1e-12)
-    reference = LogConvolution(n).apply(q)
-    np.testing.assert_allclose(reference, (log_coefficients(n) + kernel_constant(256))[distances(n)] @ q, rtol=1e-12)
-    np.testing.assert_allclose(out, reference, rtol=2e-6)
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -136,16 +136,6 @@ def test_coefficients_against_quadrature(distance):
     assert influence_coefficients(401, STEP, E)[distance] == pytest.approx(expected, rel=1e-9)
 
 
-def test_uniform_pressure_on_a_band_closed_form():
-    count = 201
-    operator = DeflectionOperator(count, STEP, E)
-    x = STEP * (np.arange(count) - 100)
-    a = 100.5 * STEP  # edges of the outermost cells
-    v = operator(np.ones(count))
-    exact = -4.0 / (math.pi * E) * ((a - x) * np.log(a - x) + (a + x) * np.log(a + x) - 2.0 * a)
-    assert_allclose(v, exact, rtol=1e-11)
-
-
 @pytest.mark.parametrize("arguments", [(1, STEP, E), (10, 0.0, E), (10, STEP, -1.0)])
 def test_bad_arguments(arguments):
     with pytest.raises(InputError):

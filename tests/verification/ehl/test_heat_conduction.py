@@ -57,13 +57,11 @@ def test_jaeger_matrix_against_quadrature_of_the_band_source(peclet):
     assert_allclose(rise[picked], exact, atol=1e-5 * max(exact))
 
 
-@pytest.mark.parametrize(
-    "source", [lambda x, u: jaeger_matrix(x, u, STEEL, B), lambda x, u: material_point_matrix(x, u, STEEL)]
-)
-def test_reversed_motion_mirrors_the_field(source):
+def test_reversed_motion_mirrors_the_field():
     x = np.linspace(-1.0, 1.0, 41) * B
     flux = 1.0 + 0.5 * x / B
-    assert_allclose(source(x, -5.0) @ flux, (source(x, 5.0) @ flux[::-1])[::-1], rtol=1e-9, atol=1e-15)
+    back, onward = (jaeger_matrix(x, u, STEEL, B) for u in (-5.0, 5.0))
+    assert_allclose(back @ flux, (onward @ flux[::-1])[::-1], rtol=1e-9, atol=1e-15)
 
 
 @pytest.mark.parametrize(("peclet", "excess"), [(0.5, 0.22), (1.0, 0.14), (2.0, 0.08), (5.0, 0.04), (50.0, 0.006)])
@@ -73,11 +71,3 @@ def test_error_of_one_dimensional_conduction(peclet, excess):
     exact = (jaeger_matrix(x, speed(peclet), STEEL, B) @ flux).max()
     simple = (material_point_matrix(x, speed(peclet), STEEL) @ flux).max()
     assert simple / exact - 1.0 == pytest.approx(excess, abs=0.005)
-
-
-def test_blok_limit_of_the_fast_band():
-    # Blok (1937): 2 q sqrt(2 b/(pi u))/e at the trailing edge
-    x, flux = band(400)
-    u = speed(400.0)
-    blok = 2.0 * math.sqrt(2.0 * B / (math.pi * u)) / STEEL.thermal_effusivity
-    assert (jaeger_matrix(x, u, STEEL, B) @ flux).max() == pytest.approx(blok, rel=3e-3)

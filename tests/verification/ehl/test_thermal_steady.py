@@ -1,6 +1,5 @@
 """Film and temperature solved together: limits, balances, an independent program, published inlet factors."""
 
-import copy
 import math
 from dataclasses import replace
 
@@ -18,9 +17,7 @@ from ehl.fluid.oil import Oil
 from ehl.heat.estimate import murch_wilson_1975, thermal_loading
 from ehl.smooth import hot_film, refine
 from ehl.smooth import thermal as thermal_steady
-from ehl.smooth.hot_film import MEMORY, RELAXATION, Mixer
 from ehl.smooth.newton import NewtonFailure, solve_level
-from ehl.smooth.scaling import Offset
 from ehl.smooth.solver import solve_steady
 from ehl.smooth.thermal import solve_smooth
 
@@ -81,14 +78,6 @@ def test_bulk_temperature_acts_as_a_warmer_oil_in_pure_rolling(monkeypatch):
     assert warm.film.film_central == pytest.approx(thin.film_central, rel=1e-4)
     assert warm.film.film_min == pytest.approx(thin.film_min, rel=1e-3)
     assert warm.film_reduction < 0.65
-
-
-def test_isothermal_limit():
-    body = STEEL.model_copy(update={"thermal_conductivity": 4.6e8})
-    result = solve_smooth(contact(), oil(thermal_conductivity=1.4e6), (body, body), thermal="on")
-    assert result.rounds >= 1
-    assert result.friction_fluid == pytest.approx(result.isothermal.friction_fluid, rel=1e-4)
-    assert result.film_reduction == pytest.approx(1.0, abs=1e-4)
 
 
 def test_contacts_of_the_gear_range_converge_and_balance():
@@ -192,33 +181,6 @@ def test_a_heat_balance_too_coarse_for_the_contact_goes_to_finer_grids(case, mon
     friction, film = (fast.friction_fluid, reference.friction_fluid), (fast.film.film_min, reference.film.film_min)
     assert friction[0] == pytest.approx(friction[1], rel=fast.friction_error + reference.friction_error)
     assert film[0] == pytest.approx(film[1], rel=fast.film_error + reference.film_error)
-
-
-X = np.linspace(-2.0, 1.0, 31)
-
-
-def answer(used: np.ndarray) -> np.ndarray:
-    """A heat balance that overshoots: a hotter film is heated less."""
-    return -1.0 / (1.0 + X**2) - 0.9 * used + 0.3 * np.roll(used, 1)
-
-
-def test_mixing_settles_where_plain_rounds_do_not():
-    mixer, plain = Mixer(Offset(X, np.zeros_like(X))), np.zeros_like(X)
-    first = answer(mixer.used.values)
-    for k in range(25):
-        mixer.follow(Offset(X, answer(mixer.used.values)))
-        plain = answer(plain)
-        if k == 0:
-            np.testing.assert_allclose(mixer.used.values, RELAXATION * first)
-        if k == 2:
-            half, moved = copy.deepcopy(mixer), mixer.on_nodes(np.linspace(-2.0, 1.0, 61))
-            half.halve()
-            np.testing.assert_allclose(half.used.values, 0.5 * (mixer._before[0] + mixer.used.values))
-            np.testing.assert_allclose(moved.used.values[::2], mixer.used.values)
-            np.testing.assert_allclose([s[1][::2] for s in moved._secants], [s[1] for s in mixer._secants])
-    np.testing.assert_allclose(answer(mixer.used.values), mixer.used.values, atol=1e-8)
-    assert np.abs(answer(plain) - plain).max() > 1e-2
-    assert len(mixer._secants) == MEMORY - 1
 
 
 @pytest.mark.parametrize("fails", [3, 40])

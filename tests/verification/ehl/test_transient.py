@@ -176,24 +176,6 @@ def test_cap_limits_the_pressure() -> None:
     assert float(total.sum()) == pytest.approx(capped.problem.model.contact.load, rel=2e-6)
 
 
-def test_whole_solution_reports_its_errors() -> None:
-    result = solve_transient(
-        contact(1.0), oil(), rough(0.3e-6), nodes=256, travel=12.0, boundary_film=20e-9, boundary_study=True
-    )
-    assert result.status in {"converged", "unsettled"}
-    assert 0.03 < result.friction_coefficient < 0.06
-    assert result.friction_coefficient == pytest.approx(result.friction_fluid + result.friction_asperity)
-    assert result.friction_coefficient == pytest.approx(float(result.history_friction.mean()))
-    assert 0.0 < result.asperity_load_share < result.roughness_load_share < 1.0
-    assert 0.0 < result.mesh_error < 0.25
-    assert 0.0 < result.statistical_error < 0.2
-    assert result.friction_boundary_half < result.friction_coefficient < result.friction_boundary_double
-    assert result.fallbacks.total == result.steps
-    load = np.trapezoid(result.profiles.pressure_fluid + result.profiles.pressure_asperity, result.profiles.x)
-    assert load == pytest.approx(contact(1.0).load_per_length, rel=2e-3)
-    assert result.snapshot.film.min() >= result.boundary_film * 0.999
-
-
 FINE = generate_profile(0.2e-6, 3e-6, 16.0 * HALF_WIDTH, 1e-6, 1)
 
 
