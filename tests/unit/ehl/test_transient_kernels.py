@@ -9,7 +9,6 @@ from contacts import line_contact
 
 from ehl.common.data import data_names
 from ehl.compile._kernels import log as log_of_one
-from ehl.compile.compiler import FAST_KERNEL, kernel
 from ehl.fluid._kernels import inlet_laws
 from ehl.fluid.density import TaitCompression
 from ehl.fluid.free_volume import McEwenPaluch
@@ -17,8 +16,6 @@ from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
 from ehl.rough._kernels.fluid import (
     fluidity_rows,
-    list_changed,
-    refresh_rows,
     temperature_place,
 )
 from ehl.rough._kernels.quasi_separable import MODES, factor_and_solve
@@ -110,32 +107,6 @@ def test_elementary_functions_match_the_library() -> None:
     np.testing.assert_allclose([log(v) for v in y], np.log(y), atol=1e-15, rtol=1e-15)
     np.testing.assert_allclose([log_of_one(v) for v in y], np.log(y), atol=2e-13, rtol=1e-13)
     assert exp(-1e9) == pytest.approx(0.0, abs=1e-300)
-
-
-@kernel(cache=False, **FAST_KERNEL)  # it compiles kernels of other files in
-def refreshed(rows, boundary, fluid, everything):  # type: ignore[no-untyped-def]
-    """Fluidity after a change of film and pressure; returns the number of evaluated points."""
-    count = list_changed(rows, boundary, 0, rows.film.size, everything)
-    refresh_rows(rows, boundary, fluid, fluid.along, 2.0, 0, rows.film.size, everything)
-    return 4 * count
-
-
-@pytest.mark.parametrize(("rheology", "lengthwise"), [("newtonian", 0.0), ("eyring", 3.0)])
-def test_fluidity_is_evaluated_where_it_changed_and_linear_elsewhere(rheology: str, lengthwise: float) -> None:
-    fluid = scaled(Lubricant(0.02, 15e-9, rheology=rheology, eyring_stress=5e6), lengthwise)
-    rng = np.random.default_rng(2)
-    film, pressure = 0.02 + rng.random(43), 1.6 * rng.random(43)
-    rows = rows_of(film, pressure, 60.0)
-    assert refreshed(rows, 0.05, fluid, True) == 44
-    film[:] *= 1.0 + 1e-6 * rng.standard_normal(43)
-    pressure[:] += 1e-7 * rng.standard_normal(43)
-    pressure[21] += 1e-2
-    rows.film[:], rows.pressure[:] = film, pressure
-    assert refreshed(rows, 0.05, fluid, False) == 4
-    exact = rows_of(film, pressure, 60.0)
-    refreshed(exact, 0.05, fluid, True)
-    np.testing.assert_allclose(rows.f, exact.f, rtol=1e-8)
-    assert rows.f[21] == exact.f[21]
 
 
 def scaled(lubricant: Lubricant, lengthwise: float = 0.0, heated: bool = True) -> Fluid:

@@ -58,7 +58,7 @@ def test_window_follows_roughness_longer_than_the_contact() -> None:
     assert long.window_max / short.window_max == pytest.approx(long.batch / short.batch)
 
 
-def test_macroscopic_averages_have_no_holes_on_the_finer_mesh() -> None:
+def test_a_finer_mesh_takes_over_travel_and_film_and_has_no_holes_in_the_macroscopic_averages() -> None:
     line = line_contact(pressure_hertz=1.7e8, radius_equivalent=0.0015)
     rough = RoughSurfaces(generate_profile(6e-7, 5e-6, 3e-4, 2.5e-7, 1))
     oil = Lubricant(0.003, 15e-9)
@@ -67,8 +67,12 @@ def test_macroscopic_averages_have_no_holes_on_the_finer_mesh() -> None:
         settings = Settings(nodes, 20e-9, 0.1, 1.0, False, 8e9)
         coarse = TransientRun(build_problem(line, oil, rough, (steel, steel), settings))
         coarse.advance(8)
-        fine = TransientRun(build_problem(line, oil, rough, (steel, steel), replace(settings, nodes=2 * nodes)))
+        finer = replace(settings, nodes=2 * nodes, start_travel=coarse.travel)
+        fine = TransientRun(build_problem(line, oil, rough, (steel, steel), finer))
         fine.start_from(coarse)
+        assert fine.travel == pytest.approx(coarse.travel, abs=fine.problem.model.surfaces.spacing)
+        films = [run.state.film.mean() * run.problem.units.film for run in (coarse, fine)]
+        assert films[1] == pytest.approx(films[0], rel=0.01)
         model = fine.problem.model
         exchanging = slice(model.side_flow.first, model.contact.outlet)
         assert np.all(fine.macroscopic.typical[exchanging] > 0.0)
