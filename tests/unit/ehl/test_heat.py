@@ -1,6 +1,7 @@
 """Heat in the smooth contact: division of heat, thermal balance, limits, inlet factors, the estimate for "auto"."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,19 +10,19 @@ from contacts import effective_rise, thermal_traction
 from contacts import hot_oil as oil
 from contacts import line_contact as contact
 from numpy.testing import assert_allclose
+from scipy.linalg.lapack import dgetrs
+from scipy.special import k0e, k1e
 from scipy.stats import qmc
 from twins.material_points import material_point_matrix
 
 from ehl.fluid.lubricant import PAO, PARAFFINIC, FilmConductivity, Lubricant
+from ehl.fluid.viscosity import ModulusLaw
+from ehl.heat import _kernels, conduction
 from ehl.heat.conduction import jaeger_matrix, peclet_number
-from ehl.heat.estimate import (
-    carried_shear_heat,
-    estimate_thermal_effect,
-    murch_wilson_1975,
-    thermal_loading,
-)
-from ehl.heat.traction import flux_to_surface_1
+from ehl.heat.estimate import carried_shear_heat, estimate_thermal_effect, murch_wilson_1975, thermal_loading
+from ehl.heat.traction import film_temperature, flux_to_surface_1
 from ehl.line_contact import LineContact, moes_1992, wilson_gupta_1992
+from ehl.smooth.mesh import Features, grade
 
 UNIT = np.sin(0.5 * np.pi * np.linspace(-1.0, 1.0, 121))
 FILM = 0.4e-6
@@ -267,3 +268,151 @@ def test_heat_carried_along_by_the_film_by_hand():
     assert found.film_change == pytest.approx(0.18 * loss + 0.002, rel=1e-12)
     thicker = carried_shear_heat(line, lubricant, 1e-6, 1.1)
     assert thicker.film_change == 0.002
+
+
+PLACES = grade(Features(0.1, 1.05, -1.0, 0.2, 0.95, 0.003)).points(81)
+
+
+def twin_moving_kernel(place):
+    """From the closed integrals of exp(t) K0(|t|) and t exp(t) K0(|t|), all pairs at once."""
+    z = place[:, None] - place[None, :]
+    r = np.where(z == 0.0, 1.0, np.abs(z))
+    k0, k1, decay = k0e(r), k1e(r), np.exp(-2.0 * np.minimum(r, 350.0))
+    zeroth = np.where(z > 0.0, r * (k0 + k1) - 1.0, -(decay * r * (k0 - k1) + 1.0))
+    first = np.where(z > 0.0, r * (r * (k0 + k1) - k1) + 1.0, decay * r * (r * (k0 - k1) - k1) + 1.0) / 3.0
+    zeroth, first = np.where(z == 0.0, 0.0, zeroth), np.where(z == 0.0, 0.0, first)
+    i0, i1 = -np.diff(zeroth, axis=1), -np.diff(first, axis=1)
+    matrix = np.zeros_like(z)
+    matrix[:, :-1] += (i1 - z[:, 1:] * i0) / np.diff(place)
+    matrix[:, 1:] += (z[:, :-1] * i0 - i1) / np.diff(place)
+    return matrix
+
+
+@pytest.mark.parametrize("peclet", [1e-3, 0.1, 5.0, 500.0, 1e5])
+def test_moving_kernel(peclet):
+    matrix, twin = conduction._moving_kernel(peclet * PLACES), twin_moving_kernel(peclet * PLACES)
+    # the closed forms themselves lose digits in small cells
+    assert_allclose(matrix, twin, rtol=1e-7, atol=1e-7 * np.abs(twin).max())
+    flux = np.sqrt(np.clip(1.0 - PLACES**2, 0.0, None))
+    assert_allclose(matrix @ flux, twin @ flux, rtol=1e-9, atol=1e-12 * np.abs(twin @ flux).max())
+    for edge in (2.0**_kernels.LOWEST, 2.0**_kernels.HIGHEST):  # of the table of Bessel functions
+        for distance in (0.5 * edge, 1.1 * edge, 0.9 * edge, 2.0 * edge):
+            place = np.array([0.0, distance])
+            assert_allclose(
+                conduction._moving_kernel(place), twin_moving_kernel(place), rtol=1e-6, atol=1e-14 / distance
+            )
+
+
+def test_heat_that_the_flow_frees_evenly_reaches_the_walls_after_its_length():
+    """q (1 - exp(-(x - x_0)/l)) of q = u (h - h_exit/rho) dp/dx; none where there is no pressure, or p falls."""
+    x = np.linspace(0.0, 3e-4, 61)
+    pressure, density = 1e8 + 1e12 * x, np.full(61, 1.25)
+    film = np.r_[np.full(60, 2e-6), 1e-6]
+    wanted = 5.0 * (2e-6 - 0.8e-6) * 1e12 * -np.expm1(-x[:60] / 4e-5)
+    found = _kernels.flow_heat(x, pressure, film, density, np.full(61, 4e-5), 5.0)
+    assert_allclose(found[:60], wanted, rtol=0.02, atol=0.02 * wanted.max())
+    pressure[30] = 0.0
+    assert _kernels.flow_heat(x, pressure, film, density, np.full(61, 4e-5), 5.0)[30] == 0.0
+    assert np.all(_kernels.flow_heat(x, 4e8 - 1e12 * x, film, density, np.full(61, 4e-5), 5.0) == 0.0)
+
+
+MODULUS = ModulusLaw((2.704e7, 8.399e5, 0.0579, -5.921e-4), 373.15, (1000.0, 95.0))
+
+
+@pytest.mark.parametrize("law", [MODULUS, ModulusLaw(MODULUS.constants, 353.15, beta=0.03)])
+def test_compiled_modulus_law(law):
+    """Values of the law, its slope and the fall of the slope, on both sides of nine tenths of the pole."""
+    pressure, temperature = (g.ravel() for g in np.meshgrid(np.linspace(0.0, 4e9, 41), np.linspace(250.0, 700.0, 46)))
+    nodes = np.empty((_kernels.ROWS, pressure.size))
+    nodes[_kernels.PRESSURE], nodes[_kernels.TEMPERATURE] = pressure, temperature
+    _kernels.modulus_viscosity(nodes, -3.0, law.numbers)
+    assert_allclose(nodes[_kernels.LOG_ETA], law.log_ratio(pressure, temperature) - 3.0, rtol=1e-12, atol=1e-12)
+    slope, warmer = (law.by_temperature(pressure, temperature + kelvin) for kelvin in (0.0, 1.0))
+    assert_allclose(nodes[_kernels.BY_TEMPERATURE], slope, rtol=1e-12)
+    loss = np.where(slope < 0.0, np.clip(1.0 - warmer / np.where(slope < 0.0, slope, 1.0), 0.0, 0.2), 0.0)
+    assert_allclose(nodes[_kernels.LOSS], loss, atol=1e-12)
+    assert np.count_nonzero(loss) > 0
+
+
+def balanced(speed, surface_speeds, guess=None, tolerance=1e-9, law="roelands"):
+    """A hot film with its conduction, on a graded mesh with a dry node in it."""
+    x = PLACES[::2] * 2e-4
+    ceramic = STEEL.model_copy(update={"thermal_conductivity": 20.0, "density": 3200.0})
+    modulus = {"modulus_constants": MODULUS.constants, "temperature_constants": MODULUS.vogel}
+    oil = Lubricant(0.0106, 15e-9, law, rheology="eyring", limiting_shear_coefficient=0.06, temperature=373.15,
+                    temperature_viscosity=0.04, **modulus if law == "modulus" else {})  # fmt: skip
+    pressure = 1.2e9 * np.where(x < -2e-4, 0.01, np.sqrt(np.clip(1.0 - (x / 2.1e-4) ** 2, 0.0, None)))
+    pressure[[5, -1]] = 0.0
+    matrices = tuple(
+        conduction.jaeger_matrix(x, u, body, 2e-4) for u, body in zip(surface_speeds, (STEEL, ceramic), strict=True)
+    )
+    line = SimpleNamespace(speed_sliding=speed)
+    rolling = 1e6 * np.cos(x / 1e-4) ** 2
+    bulk = (373.15, 393.15)
+    found = film_temperature(
+        pressure, 0.4e-6 + x**2 / 0.03, PAO(pressure, oil.thermal_conductivity), line, oil, bulk, matrices,
+        rolling_heat=rolling,
+        guess=guess, tolerance=tolerance,
+    )  # fmt: skip
+    return found, oil, matrices
+
+
+@pytest.mark.parametrize("law", ["roelands", "barus", "modulus"])
+@pytest.mark.parametrize("speeds", [(6.0, 4.0), (9.0, 1.0), (8.0, 0.0), (8.0, -4.0)])
+def test_stress_and_temperature_fit_each_other(speeds, law):
+    """The balance by dense matrices and the laws themselves."""
+    found, oil, matrices = balanced(speeds[0] - speeds[1], speeds, law=law)
+    assert found.converged
+    k_film = PAO(found.pressure, oil.thermal_conductivity)
+    division, constant = flux_to_surface_1(k_film / found.film, *matrices, 20.0)
+    heat = (speeds[0] - speeds[1]) * found.stress + found.rolling_heat
+    into_1 = division @ heat + constant
+    walls = 383.15 + 0.5 * (matrices[0] @ into_1 + matrices[1] @ (heat - into_1))
+    walls += found.film / (16.0 * k_film) * found.rolling_heat
+    assert_allclose(found.walls, walls, rtol=1e-9)
+    even = (speeds[0] - speeds[1]) * found.stress * found.film / (8.0 * k_film)
+    share, _ = effective_rise(even, -oil.dlog_viscosity_dtemperature(found.pressure, found.temperature))
+    assert_allclose(found.temperature, walls + even * share, rtol=1e-8)
+    wet = found.pressure > 0.0
+    log_viscous = oil.log_viscosity(found.pressure, found.temperature)
+    log_viscous += math.log(speeds[0] - speeds[1]) - np.log(found.film)
+    assert_allclose(np.log(found.stress[wet]), oil.shear_law.log_stress(log_viscous, found.pressure)[0][wet], atol=1e-8)
+    assert np.all(found.stress[~wet] == 0.0)
+    # what the matrix of Newton's method is made of where its estimate does not do
+    _, *rises = _kernels.divided(found.conducted.walls._replace(difference=0.0), heat)
+    assert_allclose(found.conducted.exact() @ heat, 0.5 * sum(rises), rtol=1e-9)
+
+
+def test_conduction_of_a_film_between_two_bodies():
+    """Factors of I + k/h (A1 + A2), and an estimate of the rise that is exact for a constant ratio of both rises."""
+    rng, n = np.random.default_rng(0), 12
+    first = np.eye(n) + rng.random((n, n))
+    second, conductance = 0.4 * first, 0.1 + rng.random(n)
+    factors, pivots, weights = np.empty((n, n)), np.empty(n, np.int32), np.empty(n)
+    _kernels.conduct(first, second, conductance, factors, pivots, weights)
+    system, right = np.eye(n) + conductance[:, None] * (first + second), rng.random(n)
+    assert_allclose(dgetrs(factors.T, pivots - 1, right, trans=1)[0], np.linalg.solve(system, right), rtol=1e-9)
+    through = conductance * (first + second).sum(axis=1)
+    assert_allclose(weights, 0.25 * (1.0 - (0.6 / 1.4) ** 2 * through / (1.0 + through)), rtol=1e-12)
+
+
+def test_a_near_guess_leads_to_the_same_balance_sooner():
+    exact, *_ = balanced(5.0, (7.5, 2.5))
+    near = exact.stress * (1.0 + 0.02 * np.cos(np.arange(exact.stress.size))), exact.walls + 2.0
+    found, *_ = balanced(5.0, (7.5, 2.5), guess=near)
+    assert found.iterations < exact.iterations
+    assert_allclose(found.stress, exact.stress, rtol=1e-8)
+
+
+def test_a_useless_estimate_of_conduction_is_replaced(monkeypatch):
+    exact, *_ = balanced(5.0, (7.5, 2.5))
+    first = _kernels.conduct
+
+    def useless(*arguments):
+        first(*arguments)
+        arguments[-1][:] = 1e3
+
+    monkeypatch.setattr(_kernels, "conduct", useless)
+    found, *_ = balanced(5.0, (7.5, 2.5))
+    assert found.converged
+    assert_allclose(found.stress, exact.stress, rtol=1e-8)

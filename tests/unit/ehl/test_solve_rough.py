@@ -119,41 +119,23 @@ def test_measured_roughness_left_out_changes_no_more_than_said(kind: str, tmp_pa
     assert skipped.friction_error < 0.025
 
 
-# ---- measured profiles -------------------------------------------------------------------------------------------
-
-
-def measured(tmp_path: Path, rows: list[str]) -> Path:
-    """The example with a measured surface 1, and its file."""
-    profile = tmp_path / "flank.csv"
-    profile.write_text("\n".join(rows) + "\n", encoding="utf-8")
-    text = EXAMPLE.read_text(encoding="utf-8")
-    text = text.replace('roughness_rms_1 = "0.35 um"', f'profile_1 = "{profile.as_posix()}"\ncutoff_short = "25 um"')
-    text = text.replace("friction_tolerance = 0.035", "friction_tolerance = 0.2")
-    path = tmp_path / "measured.toml"
-    path.write_text(text, encoding="utf-8")
-    return path
-
-
-def rows() -> list[str]:
-    """Two waves and a little noise over a tilt; x [mm] every 2 um."""
+def test_measured_profile_is_used(tmp_path: Path) -> None:
+    """Two waves and a little noise over a tilt, and a gap; Rq of both waves and of the generated surface 2."""
     x = 2e-3 * np.arange(1500)
-    noise = np.random.default_rng(3).standard_normal(1500)
-    z = 0.3 * np.sin(2 * np.pi * x / 0.09) + 0.3 * np.sin(2 * np.pi * x / 0.06 + 1.0) + 0.02 * noise + 0.5 * x
-    return ["x [mm], height [um]", *(f"{a:.4f}, {b:.5f}" for a, b in zip(x, z, strict=True))]
-
-
-def test_measured_profile_is_used(mixed_ehl: Cli, tmp_path: Path) -> None:
-    lines = rows()
-    lines[700] = lines[700].split(",")[0] + ", nan"
-    path = measured(tmp_path, lines)
-    outcome = mixed_ehl("solve", path, "--json")
-    assert outcome.code == 0
-    result = json.loads(outcome.out)
-    assert "flank.csv: 1 missing points interpolated" in result["notes"]
-    assert result["roughness_load_share"] > 0.0
-    # Rq of two waves of 0.3 um and of the generated surface 2
-    smooth = Contact.from_file(path).model_copy(update={"surface": case(rms=0.0).surface}).solve()
-    assert smooth.film_central / result["film_ratio"] == pytest.approx(math.hypot(0.3, 0.35) * 1e-6, rel=0.05)
+    z = 0.3 * np.sin(2 * np.pi * x / 0.09) + 0.3 * np.sin(2 * np.pi * x / 0.06 + 1.0) + 0.5 * x
+    z += 0.02 * np.random.default_rng(3).standard_normal(1500)
+    z[700] = math.nan
+    rows = "\n".join(f"{a:.4f}, {b:.5f}" for a, b in zip(x, z, strict=True))
+    (tmp_path / "flank.csv").write_text(f"x [mm], height [um]\n{rows}\n", encoding="utf-8")
+    contact = Contact.from_file(EXAMPLE).replace(
+        roughness_rms_1=None, profile_1=str(tmp_path / "flank.csv"), cutoff_short="25 um", friction_tolerance=0.2
+    )
+    result = contact.solve()
+    assert "flank.csv: 1 missing points interpolated" in result.notes
+    assert result.transient is not None
+    assert result.transient.roughness_load_share > 0.0
+    smooth = contact.model_copy(update={"surface": case(rms=0.0).surface}).solve()
+    assert smooth.film_central / result.film_ratio == pytest.approx(math.hypot(0.3, 0.35) * 1e-6, rel=0.05)
 
 
 def test_a_contact_of_far_too_much_work_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
