@@ -62,6 +62,13 @@ def evaluated(grid, case, u):
     return (state, residual) if _kernels.evaluate(grid.mesh, case.groups, upstream, u, state, residual) else None
 
 
+def test_log_kernel_of_a_constant_pressure(grid):
+    s = grid.nodes[1:-1]
+    left, right = s - grid.nodes[0], grid.nodes[-1] - s
+    exact = left * (np.log(left) - 1.0) + right * (np.log(right) - 1.0)
+    np.testing.assert_allclose(_kernels.log_kernel(grid.nodes).sum(axis=1)[1:-1], exact, rtol=1e-9, atol=1e-9)
+
+
 def twin_nodal_state(case, oil, p, h, offset):
     gamma, cross = case.gamma, case.cross
     log_eta = case.stiffness * oil.log_viscosity_ratio(PRESSURE * p) + offset

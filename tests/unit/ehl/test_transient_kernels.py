@@ -14,20 +14,11 @@ from ehl.fluid.density import TaitCompression
 from ehl.fluid.free_volume import McEwenPaluch
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
-from ehl.rough._kernels.fluid import (
-    fluidity_rows,
-    temperature_place,
-)
+from ehl.rough._kernels.fluid import fluidity_rows, temperature_place
 from ehl.rough._kernels.quasi_separable import MODES, factor_and_solve
 from ehl.rough._kernels.records import Fluid, FluidityRows
 from ehl.rough._kernels.vectors import exp, log
-from ehl.rough.exponential_sums import (
-    fit_log_kernel,
-    fit_root_kernel,
-    kernel_constant,
-    log_coefficients,
-    log_kernel,
-)
+from ehl.rough.exponential_sums import fit_log_kernel, fit_root_kernel, kernel_constant, log_coefficients, log_kernel
 from ehl.rough.scaling import Units, scaled_fluid
 
 MODULUS = (3.4e7, 5.0e5, 3.4e-2, 3.0e-5)
