@@ -1,16 +1,30 @@
-"""What solve_steady promises: invariances, shear laws, starts, offsets, failures."""
+"""What solve_steady promises, and its compiled loops: shear laws, starts, failures, derivatives, Newton's method."""
 
 import dataclasses
 import math
+import os
+import subprocess
+import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from contacts import line_contact
 from refusals import refuses
+from scipy.interpolate import PchipInterpolator
 
+from ehl.compile._kernels import factored, product, solve_factored
+from ehl.compile.compiler import KERNEL, kernel
 from ehl.contact import Contact
+from ehl.fluid._kernels import inlet_laws, log_mobility
+from ehl.fluid.lookup import law_table
 from ehl.fluid.lubricant import Lubricant
-from ehl.smooth import continuation, scaling
+from ehl.fluid.rheology import LinearStress, ShearLaw
+from ehl.smooth import _kernels, continuation, scaling
+from ehl.smooth.continuation import PathReport, easy_start
+from ehl.smooth.mesh import Features, grade
+from ehl.smooth.newton import NewtonFactors, NodeGrid, solve_level
+from ehl.smooth.scaling import Offset, ScaledContact
 from ehl.smooth.solver import FALLBACKS, REASONS, solve_steady
 
 OIL = Lubricant(0.02, 1.8e-8, "roelands", rheology="eyring", eyring_stress=5e6)
@@ -141,3 +155,211 @@ def test_a_path_whose_last_step_has_no_first_iterate_ends():
     keys |= {"slide_to_roll": -0.000131044, "speed_sliding_lengthwise": 41.316371}
     found = Contact(oil="fva2a", temperature_oil=324.8745942354202, accuracy="fast", **keys).solve()
     assert (found.status, found.reason in REASONS) == ("failed", True)
+
+
+FEATURES = Features(0.1, 1.05, -1.0, 0.2, 0.95, 0.03)
+PRESSURE = 1e9
+HEATED = np.linspace(-3.0, 1.2, 600)
+OILS = {
+    "barus": Lubricant(0.02, 1.5e-8, viscosity_law="barus"),
+    "roelands": Lubricant(0.02, 1.5e-8),
+    "modulus": Lubricant(0.02, 1.5e-8, viscosity_law="modulus", modulus_constants=(5e7, 0.0, 0.03, 0.0)),
+}
+
+
+def scaled(law="roelands", gamma=0.3, cross=0.6, offset=None, stiffness=1.0):
+    table = law_table(OILS[law], PRESSURE, heated=False)
+    return ScaledContact(0.02, table, gamma, cross, 10.0, stiffness, offset)
+
+
+def nodal_state(case, p, h, offset):
+    state = np.empty((_kernels.ROWS, p.size))
+    _kernels.nodal_state(case.groups, p, h, offset, state)
+    return state[_kernels.RHO :]
+
+
+@pytest.fixture(scope="module")
+def grid():
+    grading = grade(FEATURES)
+    return NodeGrid.of(grading, grading.points(2 * 49 - 1))
+
+
+def unknowns(grid, seed=0):
+    rng = np.random.default_rng(seed)
+    pressure = np.sqrt(np.clip(1.0 - grid.nodes**2, 0.0, None)) + 0.02 * rng.random(grid.nodes.size)
+    pressure[-1] = 0.0
+    return np.append(pressure, [0.4, 0.1, 1.01])  # film constant, flow, stretch
+
+
+def evaluated(grid, case, u):
+    """State and residual, or None outside the domain."""
+    state, residual = np.empty((_kernels.ROWS, grid.nodes.size)), np.empty(grid.nodes.size + 1)
+    upstream = _kernels.tail(grid.mesh.x_in, case.groups)[1]
+    return (state, residual) if _kernels.evaluate(grid.mesh, case.groups, upstream, u, state, residual) else None
+
+
+def test_log_kernel_of_a_constant_pressure(grid):
+    s = grid.nodes[1:-1]
+    left, right = s - grid.nodes[0], grid.nodes[-1] - s
+    exact = left * (np.log(left) - 1.0) + right * (np.log(right) - 1.0)
+    np.testing.assert_allclose(_kernels.log_kernel(grid.nodes).sum(axis=1)[1:-1], exact, rtol=1e-9, atol=1e-9)
+
+
+def twin_nodal_state(case, oil, p, h, offset):
+    gamma, cross = case.gamma, case.cross
+    log_eta = case.stiffness * oil.log_viscosity_ratio(PRESSURE * p) + offset
+    rho = oil.density_ratio(PRESSURE * p)
+    ratio = gamma / h * np.exp(log_eta)
+    angle = np.arcsinh(ratio)
+    across = np.sinh(angle) / angle if gamma > 0.0 else 1.0
+    return rho, log_eta, np.exp(-log_eta) * (cross * np.cosh(angle) + (1.0 - cross) * across)
+
+
+@pytest.mark.parametrize("law", OILS)
+@pytest.mark.parametrize(("gamma", "cross"), [(0.0, 1.0), (0.3, 1.0), (0.3, 0.0), (1e-3, 0.4), (20.0, 0.4)])
+def test_nodal_state(law, gamma, cross):
+    case = scaled(law, gamma, cross, stiffness=0.7)
+    p, h, offset = np.linspace(0.0, 1.3, 40), np.linspace(3.0, 0.05, 40), np.linspace(-0.5, 0.2, 40)
+
+    def state(p, h, offset):
+        return nodal_state(case, p, h, offset)
+
+    values = state(p, h, offset)
+    for mine, twin in zip(
+        (values[0], values[2], values[3]), twin_nodal_state(case, OILS[law], p, h, offset), strict=True
+    ):
+        np.testing.assert_allclose(mine, twin, rtol=2e-8, atol=1e-8)
+    step = 1e-6
+    centre = p + 1e-3, h, offset
+    slopes = [state(*centre)[i] for i in (1, 4, 5, 6)]
+    for slope, place, output in zip(slopes, (0, 0, 1, 2), (0, 3, 3, 3), strict=True):
+        up, down = list(centre), list(centre)
+        up[place], down[place] = up[place] + step, down[place] - step
+        twin = (state(*up)[output] - state(*down)[output]) / (2.0 * step)
+        np.testing.assert_allclose(slope, twin, rtol=2e-6, atol=1e-9 * np.abs(twin).max() + 1e-15)
+
+
+@pytest.mark.parametrize("cross", [0.0, 0.4, 1.0])
+def test_nodal_state_with_a_stress_that_rises_with_pressure(cross):
+    """The short form against the general law in logarithms."""
+    shear = ShearLaw("eyring", LinearStress(4e6, 0.02)).numbers(PRESSURE, 5e6, 0.01)
+    case = replace(scaled(cross=cross), shear=shear)
+    p, h, offset = np.linspace(0.0, 1.3, 40), np.geomspace(3.0, 0.01, 40), np.linspace(-0.5, 0.2, 40)
+    state = np.empty((_kernels.ROWS, p.size))
+    _kernels.nodal_state(case.groups, p, h, offset, state)
+    for i in range(p.size):
+        _, slope, _, _ = inlet_laws(p[i], case.table)
+        value, *by = log_mobility(state[_kernels.LOG_ETA, i], case.gamma, h[i], p[i], cross, shear)
+        f = np.exp(value)
+        twin = f, f * (by[0] * slope * case.stiffness + by[2]), f * by[1] / h[i], f * by[0]
+        np.testing.assert_allclose(state[_kernels.F : _kernels.F_X + 1, i], twin, rtol=1e-9, atol=1e-12 * f)
+
+
+def test_nodal_state_below_zero_pressure_continues_the_tangent():
+    case = scaled()
+    near = nodal_state(case, np.array([-1e-7, 1e-7]), np.ones(2), np.zeros(2))
+    for values in near:
+        assert values[0] == pytest.approx(values[1], rel=1e-5, abs=1e-5)
+
+
+def test_monotone_cubic_is_that_of_scipy():
+    rng = np.random.default_rng(3)
+    for _ in range(20):
+        x, y = np.sort(rng.random(12)), rng.normal(size=12)
+        y[4] = y[5]  # a flat piece
+        twin, at = PchipInterpolator(x, y), np.sort(rng.uniform(x[0], x[-1], 60))
+        values, slopes = _kernels.monotone_cubic(x, y, np.concatenate(([x[0] - 1.0], at, [x[-1] + 1.0])))
+        np.testing.assert_allclose(values, [y[0], *twin(at), y[-1]], rtol=1e-11, atol=1e-12)
+        np.testing.assert_allclose(slopes, [0.0, *twin.derivative()(at), 0.0], rtol=1e-8, atol=1e-7)
+
+
+@pytest.mark.parametrize("law", OILS)
+@pytest.mark.parametrize("offset", [None, Offset(HEATED, -0.4 * np.exp(-(HEATED**2)))], ids=["cold", "hot"])
+def test_jacobian_is_the_derivative_of_the_residual(grid, law, offset):
+    case, u = scaled(law, offset=offset), unknowns(grid, list(OILS).index(law))
+    n = grid.nodes.size
+    matrix, scale = np.empty((n + 1, n + 1)), np.empty(n + 1)
+    _kernels.jacobian(grid.mesh, case.lam, u, evaluated(grid, case, u)[0], matrix, scale)
+    for column in [0, 1, 7, n // 2, n - 4, n - 3, n - 2, n - 1, n]:
+        place = column + 1 if column < n - 2 else column + 2  # the pressure at both ends is no unknown
+        step = 1e-6 * np.eye(n + 3)[place]
+        slope = (evaluated(grid, case, u + step)[1] - evaluated(grid, case, u - step)[1]) / 2e-6
+        # solving for the slope returns the unit vector
+        back = np.linalg.solve(matrix, scale * slope)
+        np.testing.assert_allclose(back, np.eye(n + 1)[column], atol=2e-5)
+
+
+def test_newton_says_why_it_ends(grid):
+    case, u = scaled(), unknowns(grid)
+    state, residual = np.empty((_kernels.ROWS, grid.nodes.size)), np.empty(grid.nodes.size + 1)
+    factors = NewtonFactors(grid)
+    work = factors.matrix, factors.scale, factors.pivots
+
+    def end(place, value, most=40):
+        start = u.copy()
+        start[place] = value
+        return _kernels.newton(grid.mesh, case.groups, start, 1e-8, most, state, residual, *work, False)[0]
+
+    assert end(-1, u[-1], most=1) in (_kernels.LIMIT, _kernels.EXHAUSTED)
+    assert end(-3, -5.0) == end(-3, -1e3) == end(3, np.nan) == _kernels.INFEASIBLE  # closed films, no number
+
+
+def test_newton_from_the_factors_of_a_similar_contact():
+    """The same root, with fewer matrices; factors of another contact are given up."""
+    near, easy = easy_start(scaled(), 49, PathReport())
+    case = replace(easy, offset=Offset(HEATED, -0.4 * np.exp(-(HEATED**2))))
+    warmer = replace(easy, offset=Offset(HEATED, -0.41 * np.exp(-(HEATED**2))))
+    factors = NewtonFactors(near.grid)
+    first = solve_level(near.grid, case, near.unknowns, factors=factors)
+    assert factors.known
+    plain = solve_level(near.grid, warmer, first.unknowns)
+    found = solve_level(near.grid, warmer, first.unknowns, factors=factors)
+    assert found.iterations < plain.iterations
+    factors.matrix[:] = np.eye(near.grid.nodes.size + 1)
+    factors.pivots[:] = np.arange(1, factors.pivots.size + 1)
+    anew = solve_level(near.grid, warmer, first.unknowns, factors=factors)
+    assert anew.iterations == plain.iterations
+    for level in (found, anew):
+        np.testing.assert_allclose(level.unknowns.pressure, plain.unknowns.pressure, atol=1e-9)
+        assert level.unknowns.flow == pytest.approx(plain.unknowns.flow, rel=1e-8)
+
+
+SOLVE = """
+from ehl import Contact
+print(Contact(pressure_hertz=1e9, radius_equivalent=15e-3, speed_entrainment=5.0, slide_to_roll=0.3,
+              temperature_oil="90 degC", oil="fva3", accuracy="fast", thermal="on").solve().friction_coefficient)
+"""
+
+
+@kernel(cache=False, **KERNEL)
+def solved(matrix, right):
+    """Solution, what is left of the right side, and whether there is one."""
+    n = right.size
+    factors, pivots, x, left = matrix.copy(), np.empty(n, np.int32), right.copy(), np.empty(n)
+    good = factored(factors, pivots)
+    if good:
+        solve_factored(factors, pivots, x)
+    product(matrix, x, left)
+    return good, x, left
+
+
+def test_solution_by_the_factors_of_the_transposed_matrix():
+    rng = np.random.default_rng(0)
+    matrix, right = rng.standard_normal((31, 31)), rng.standard_normal(31)
+    good, x, left = solved(matrix, right)
+    assert good
+    np.testing.assert_allclose(x, np.linalg.solve(matrix, right), rtol=1e-9)
+    np.testing.assert_allclose(left, right, rtol=1e-9)
+    assert not solved(np.ones((5, 5)), np.ones(5))[0]
+
+
+def test_a_smooth_contact_without_compiler_is_the_same():
+    answers = [
+        float(
+            subprocess.run(
+                [sys.executable, "-c", SOLVE], env={**os.environ, **more}, capture_output=True, text=True, check=True
+            ).stdout
+        )
+        for more in ({}, {"NUMBA_DISABLE_JIT": "1"})
+    ]
+    assert answers[1] == pytest.approx(answers[0], rel=1e-9)
