@@ -32,7 +32,6 @@ def good() -> ContactResult:
 
 
 def test_a_good_result_stands(good: ContactResult) -> None:
-    assert good.problem is not None
     assert rejection_reason(good, good.problem) == ""
     assert good.status == "converged"
 
@@ -50,7 +49,6 @@ def test_a_good_result_stands(good: ContactResult) -> None:
     ],
 )
 def test_what_cannot_stand(good: ContactResult, change: dict[str, float], reason: str) -> None:
-    assert good.problem is not None
     assert rejection_reason(replace(good, **change), good.problem) == reason
 
 
@@ -60,7 +58,6 @@ def test_rough_film_beyond_any_shear_strength_in_the_mean_fails(good: ContactRes
         state=SimpleNamespace(shear=np.array([0.1])), problem=SimpleNamespace(units=SimpleNamespace(pressure=0.7e9))
     )
     rough = replace(good, transient=cast("TransientResult", SimpleNamespace(run=run)))
-    assert good.problem is not None
     assert rejection_reason(rough, good.problem) == ""
     strong = replace(rough, friction_coefficient=5e6, friction_fluid=5e6)
     assert rejection_reason(strong, good.problem) == "shear_strength"
@@ -161,7 +158,6 @@ def test_contacts_far_from_any_gear_have_an_error_or_a_reason(
     assert (result.reason, result.status) == (reason, "failed" if reason else "converged")
     if not reason:
         assert 0.005 < result.friction_error < 1.0
-        assert result.problem is not None
         expected = rubbing_friction(result.problem.line, 0.085)  # a slip of 1e-6: most of the contact sticks
         assert result.friction_coefficient == pytest.approx(expected, rel=result.friction_error)
 
@@ -176,8 +172,6 @@ def test_no_error_is_negative_where_a_law_has_a_viscosity_that_rises_with_temper
 
 def test_friction_above_the_shear_strength_of_liquids_is_an_error(good: ContactResult) -> None:
     """0.15 p and 5 MPa over the solved length; what a law without a limit gives above that counts whole."""
-    assert good.problem is not None
-    assert good.film is not None
     line = good.problem.line
     most = 0.15 + 5e6 * (good.film.x_exit - good.film.x_inlet) / line.load_per_length
     plain = sum(limit.friction for limit in limits_of(good, good.problem))
@@ -201,7 +195,6 @@ def test_friction_above_the_shear_strength_of_liquids_is_an_error(good: ContactR
 def test_marks_along_the_motion_widen_the_error(
     good: ContactResult, gamma: float, share: float, asperities: float, error: float
 ) -> None:
-    assert good.problem is not None
     problem = replace(good.problem, surface=good.problem.surface.model_copy(update={"peklenik_number": gamma}))
     found = replace(good, asperity_load_share=share, friction_asperity=asperities * good.friction_coefficient)
     plain = sum(limit.friction for limit in limits_of(good, good.problem))

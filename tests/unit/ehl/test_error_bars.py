@@ -627,7 +627,6 @@ def test_error_of_a_dry_contact_by_hand(monkeypatch: pytest.MonkeyPatch) -> None
     for friction, factor in ((0.05, 1.0), (0.2, 2.0)):
         problem = ContactProblem(line, oil, surface, model, (STEEL, STEEL), (oil.temperature, oil.temperature))
         found = dry_limit.dry_limit(problem, 0.8e-9, friction)
-        assert found is not None
         assert found.friction_error == pytest.approx(0.01 * factor, rel=1e-12)
         spread = 1.645 * math.sqrt(3.5) / math.sqrt(6.0) / 23.5
         assert found.film_error == pytest.approx(spread + 0.8 / 23.5, rel=1e-9)

@@ -151,7 +151,6 @@ def test_card_holds_what_was_measured(flank: Path, tmp_path: Path) -> None:
     assert finish.roughness_rms.low < 0.4e-6 < finish.roughness_rms.high
     assert finish.correlation_length.low < 16e-6 < finish.correlation_length.high
     assert (finish.lay_ratio.value, finish.lay_ratio.high) == (1.0, 5.0)
-    assert finish.measured is not None
     assert finish.measured.rsm == measured.rsm
     power = np.trapezoid(finish.measured.spectral_density, finish.measured.frequency)
     assert power == pytest.approx(measured.roughness_rms**2, rel=0.15)

@@ -132,7 +132,6 @@ def test_measured_profile_is_used(tmp_path: Path) -> None:
     )
     result = contact.solve()
     assert "flank.csv: 1 missing points interpolated" in result.notes
-    assert result.transient is not None
     assert result.transient.roughness_load_share > 0.0
     smooth = contact.model_copy(update={"surface": case(rms=0.0).surface}).solve()
     assert smooth.film_central / result.film_ratio == pytest.approx(math.hypot(0.3, 0.35) * 1e-6, rel=0.05)
@@ -185,7 +184,6 @@ def line_of(axes: Any, label: str) -> Any:
 
 def test_figure_holds_the_solution(result: ContactResult, tmp_path: Path) -> None:
     run = result.transient
-    assert run is not None
     result.write(plot=tmp_path / "rough.png")
     figure = result.figure()
     panels = {axes.get_label(): axes for axes in figure.axes}
@@ -209,7 +207,6 @@ def test_figure_holds_the_solution(result: ContactResult, tmp_path: Path) -> Non
 
 def test_running_mean_ends_at_the_result(result: ContactResult) -> None:
     run = result.transient
-    assert run is not None
     travel, mean, half_width = running_mean(run)
     assert np.all(np.diff(travel) > 0.0)
     # the last incomplete batch is the difference

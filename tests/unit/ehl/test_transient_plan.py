@@ -203,7 +203,6 @@ def test_a_light_load_on_a_thick_film_does_not_fly_apart() -> None:
     )  # fmt: skip
     result = light.solve()
     run = result.transient
-    assert run is not None
     assert run.fallbacks.lagged + run.fallbacks.unconverged == 0
     assert run.film_mean == pytest.approx(4.7e-6, rel=0.25)
     assert run.friction_coefficient < 2.5e-4
@@ -231,7 +230,6 @@ def test_smallest_film_is_no_thinner_than_the_boundary_film(monkeypatch: pytest.
 
     monkeypatch.setattr(MeshLevels, "mean", low)
     run = bounded(roughness_rms=0.6e-6, correlation_length=100e-6).solve().transient
-    assert run is not None
     assert run.film_min == run.boundary_film
 
 
