@@ -555,9 +555,13 @@ def test_roughness_left_out_of_a_thick_film_is_added_to_the_error() -> None:
     ratio = film_stress_ratio(smooth.friction_fluid, rough.line_contact(), rough.lubricant.lubricant())
     expected = smooth.friction_error + roughness_effect(9.0, ratio)
     assert film_stress_ratio(0.0, rough.line_contact(), rough.lubricant.lubricant()) == math.inf
-    # mu times a mean pressure of 0.785 GPa over 5 MPa
-    eyring = Lubricant(0.02, 18e-9, rheology="eyring", eyring_stress=5e6)
-    assert film_stress_ratio(0.05, rough.line_contact(), eyring) == pytest.approx(7.854, rel=1e-3)
+    # mu times a mean pressure of 0.785 GPa over 5 MPa, or over the limit of the stress where that is all there is
+    newtonian = Lubricant(0.02, 18e-9, limiting_shear_coefficient=0.08)
+    eyring = replace(newtonian, rheology="eyring", eyring_stress=5e6)
+    assert film_stress_ratio(0.05, rough.line_contact(), eyring) == pytest.approx(0.05 * 50.0 * math.pi, rel=1e-9)
+    assert film_stress_ratio(0.02, rough.line_contact(), newtonian) == pytest.approx(0.25)
+    assert film_stress_ratio(0.02, rough.line_contact(), Lubricant(0.02, 18e-9)) == 0.0
+    assert roughness_effect(math.inf, 0.0) == 0.0
     assert result.friction_error == pytest.approx(expected, rel=1e-9)
 
 

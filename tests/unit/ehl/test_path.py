@@ -8,7 +8,9 @@ from unittest.mock import Mock
 
 import numpy as np
 import pytest
+from contacts import gear_state
 from refusals import refuses
+from samples import CONTACT
 
 import ehl
 from ehl import sequence as module
@@ -115,14 +117,7 @@ def test_failures_stay_alone(solver: Mock) -> None:
 
 @pytest.mark.usefixtures("solver")
 def test_bad_state_values_are_refused_one_by_one() -> None:
-    state = ContactState.of(
-        pressure_hertz=1e9,
-        radius_equivalent=0.01,
-        effective_modulus=226e9,
-        speed_entrainment=3.0,
-        temperature_oil=[350.0, 900.0, 360.0],
-        roughness_rms_1=[1e-7, 1e-7, 1.0],
-    )
+    state = gear_state(temperature_oil=[350.0, 900.0, 360.0], roughness_rms_1=[1e-7, 1e-7, 1.0])
     path = solve_path(state, OIL, surface=SurfaceInput(boundary_friction=0.08), model=ModelInput(thermal="off"))
     assert path.status == ("converged", "failed", "failed")
     assert "temperature_oil" in path.messages[1]
@@ -130,9 +125,7 @@ def test_bad_state_values_are_refused_one_by_one() -> None:
 
 
 def test_contacts_are_contacts() -> None:
-    contact = ehl.Contact(
-        oil="fva3", temperature=353.15, pressure_hertz=1e9, radius_equivalent=0.01, speed_entrainment=5
-    )
+    contact = ehl.Contact(oil="fva3", temperature=353.15, **CONTACT)
     assert len(solve_path(contact.replace(speed_entrainment=speed) for speed in (3.0, 4.0)).results) == 2
     for wrong in (contact, [1e9], "contact.toml"):
         with refuses("contacts"):

@@ -1,6 +1,5 @@
 """No shortcut, switch or bound makes friction or film jump, or leaves out, more than the stated error."""
 
-import math
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -12,12 +11,11 @@ from samples import CONTACT, STEEL
 import ehl
 from ehl.common.validation import validate
 from ehl.contact import Contact
-from ehl.fluid.lubricant import Lubricant
 from ehl.material import Material
 from ehl.rough import RoughSurfaces, TransientResult, solve_transient
 from ehl.rough.accuracy import BUDGET, WORK
 from ehl.rough.dry_limit import dry_limit, flash_of_rubbing, share_deficit
-from ehl.rough.mixed import OVER_CHANGE, film_stress_ratio, roughness_effect, roughness_heights, roughness_matters
+from ehl.rough.mixed import OVER_CHANGE, film_stress_ratio, roughness_heights, roughness_matters
 from ehl.smooth.thermal import solve_smooth
 from ehl.surface.roughness import generate_profile
 
@@ -271,15 +269,3 @@ def test_a_wall_under_thick_films_is_an_answer_and_says_what_it_leaves_out(monke
     assert any("waves finer than the mesh" in text for text in quick.skipped)
     true = abs(full.friction_coefficient / quick.friction_coefficient - 1.0)
     assert true <= quick.friction_error + full.friction_error
-
-
-def test_stress_a_film_does_not_grow_beyond_is_its_limit_where_that_is_lower() -> None:
-    contact = case(1.0, 0.1).line_contact()
-    oil = Lubricant(0.015, 15e-9)
-    limited = replace(oil, limiting_shear_coefficient=0.08)
-    assert film_stress_ratio(0.02, contact, oil) == 0.0
-    assert film_stress_ratio(0.02, contact, limited) == pytest.approx(0.25)
-    assert film_stress_ratio(0.0, contact, limited) == math.inf
-    eyring = replace(limited, rheology="eyring", eyring_stress=5e6)
-    assert film_stress_ratio(0.02, contact, eyring) == pytest.approx(0.02 * 0.25 * math.pi * 1e9 / 5e6)
-    assert roughness_effect(math.inf, 0.0) == 0.0

@@ -1,5 +1,6 @@
 """Film and temperature solved together: limits, balances, an independent program, published inlet factors."""
 
+import itertools
 import math
 from dataclasses import replace
 
@@ -183,20 +184,23 @@ def test_a_heat_balance_too_coarse_for_the_contact_goes_to_finer_grids(case, mon
     assert film[0] == pytest.approx(film[1], rel=fast.film_error + reference.film_error)
 
 
-@pytest.mark.parametrize("fails", [3, 40])
-def test_a_film_that_cannot_follow_takes_shorter_steps_or_says_so(fails, monkeypatch):
-    """Some films fail on the first grid: with shorter steps the same contact; where all do, a failure."""
-    exact = solve_smooth(contact(), oil(), BODIES, thermal="on")
-    calls = 0
+def lose(monkeypatch, first, beyond):
+    """Films that cannot be solved from one call of the solver to another."""
+    calls = itertools.count(1)
 
     def stubborn(*arguments, **options):
-        nonlocal calls
-        calls += 1
-        if 2 <= calls < 2 + fails:
+        if first <= next(calls) < beyond:
             raise NewtonFailure("damping_exhausted", 1)
         return solve_level(*arguments, **options)
 
     monkeypatch.setattr(hot_film, "solve_level", stubborn)
+
+
+@pytest.mark.parametrize("fails", [3, 40])
+def test_a_film_that_cannot_follow_takes_shorter_steps_or_says_so(fails, monkeypatch):
+    """Some films fail on the first grid: with shorter steps the same contact; where all do, a failure."""
+    exact = solve_smooth(contact(), oil(), BODIES, thermal="on")
+    lose(monkeypatch, 2, 2 + fails)
     result = solve_smooth(contact(), oil(), BODIES, thermal="on")
     if fails == 3:
         assert result.status == "converged"
@@ -207,17 +211,8 @@ def test_a_film_that_cannot_follow_takes_shorter_steps_or_says_so(fails, monkeyp
 
 
 def test_a_film_that_follows_no_further_counts_its_last_change(monkeypatch):
-    calls = 0
-
-    def stubborn(*arguments, **options):
-        nonlocal calls
-        calls += 1
-        if calls > 5:
-            raise NewtonFailure("damping_exhausted", 1)
-        return solve_level(*arguments, **options)
-
     model, first = {}, hot_film.HotFilm.started
-    monkeypatch.setattr(hot_film, "solve_level", stubborn)
+    lose(monkeypatch, 6, math.inf)
 
     def started(self, cold, guess):
         self.tolerance = 1e-12  # never met

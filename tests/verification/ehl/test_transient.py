@@ -14,7 +14,7 @@ from twins.rough_scenes import STEEL, Scene, eyring_oil, gaussian_pair, line, sp
 from twins.rough_scenes import eyring_oil as oil
 
 from ehl.common.errors import InputError
-from ehl.fluid.lubricant import FilmConductivity, Lubricant
+from ehl.fluid.lubricant import FilmConductivity
 from ehl.line_contact import LineContact
 from ehl.rough import RoughSurfaces, solve_transient
 from ehl.rough._kernels.march import FILM_MEAN, FLASH_MAX, MU_FLUID, SHARE, STAGE, TEMPERATURE_MAX
@@ -42,17 +42,8 @@ def rough(rms: float) -> RoughSurfaces:
     return RoughSurfaces(profile(rms, 1), profile(rms, 2))
 
 
-def make_run(
-    line: LineContact,
-    lubricant: Lubricant,
-    surfaces: RoughSurfaces,
-    nodes: int = 200,
-    boundary_film: float = 20e-9,
-    peklenik_number: float = math.inf,
-    hardness: float = 1e13,
-    thermal: bool = False,
-) -> TransientRun:
-    settings = Settings(nodes, boundary_film, 0.1, peklenik_number, thermal, hardness)
+def make_run(line, lubricant, surfaces, nodes=200, boundary_film=20e-9, peklenik_number=math.inf, **more):
+    settings = Settings(nodes, boundary_film, 0.1, peklenik_number, **({"thermal": False, "hardness": 1e13} | more))
     return TransientRun(build_problem(line, lubricant, surfaces, (STEEL, STEEL), settings))
 
 
@@ -240,14 +231,9 @@ def scene_of(ratio: float, peklenik_number: float = math.inf) -> Scene:
 
 def run_of(scene: Scene, per_half_width: float, **changes: object) -> TransientRun:
     nodes = round(per_half_width * mesh_length(scene.contact, scene.contact.film_moes(scene.lubricant)))
-    settings = replace(Settings(nodes, scene.boundary_film, 0.1, scene.peklenik_number, scene.thermal, 8e9), **changes)  # type: ignore[arg-type]
-    return TransientRun(build_problem(scene.contact, scene.lubricant, scene.surfaces, (STEEL, STEEL), settings))
-
-
-def rolled(run: TransientRun, start: float, window: float) -> np.ndarray:
-    per_width = run.problem.units.steps_per_half_width
-    run.advance(round(start * per_width))
-    return run.advance(round(window * per_width))[0]
+    settings = {"thermal": scene.thermal, "hardness": 8e9} | changes
+    given = scene.contact, scene.lubricant, scene.surfaces, nodes, scene.boundary_film, scene.peklenik_number
+    return make_run(*given, **settings)
 
 
 def test_the_tolerance_of_a_step_does_not_add_up() -> None:
@@ -255,7 +241,8 @@ def test_the_tolerance_of_a_step_does_not_add_up() -> None:
     films = {}
     for tolerance in (1e-4, 2e-6):
         run = run_of(scene_of(4.0), 400.0, tolerance=tolerance)
-        films[tolerance] = rolled(run, 2.0, 1.0)[:, FILM_MEAN].reshape(10, -1).mean(axis=1)
+        roll(run, 2.0)
+        films[tolerance] = roll(run, 1.0)[:, FILM_MEAN].reshape(10, -1).mean(axis=1)
     np.testing.assert_allclose(films[1e-4], films[2e-6], rtol=1e-6)
 
 
@@ -269,7 +256,7 @@ def test_mesh_reaches_as_far_as_asperities_touch() -> None:
     assert gap + scene.contact.film_moes(OIL) == pytest.approx(6.0 * RMS, rel=1e-3)
     assert inlet == -2.5
     run = run_of(scene, 50.0)
-    rolled(run, 5.0, 1.0)
+    roll(run, 6.0)
     _, profiles = run.advance(200)
     loaded = profiles[0] + profiles[1]
     assert loaded[run.problem.x > 1.2].sum() > 1e-3 * loaded.sum()
@@ -287,7 +274,7 @@ def test_bulk_temperatures_of_both_bodies(monkeypatch: pytest.MonkeyPatch, slide
     assert steady.status == "converged"
     rolling = (steady.heat.x, steady.heat.rolling_heat)
     scene = Scene(contact, oil, RoughSurfaces(), thermal=True)
-    last = rolled(run_of(scene, 100.0, temperature_bulk=bulk, rolling_heat=rolling), 7.0, 0.1)[-1]
+    last = roll(run_of(scene, 100.0, temperature_bulk=bulk, rolling_heat=rolling), 7.1)[-1]
     assert last[MU_FLUID] == pytest.approx(steady.friction_fluid, rel=5e-4)
     assert last[TEMPERATURE_MAX] == pytest.approx(steady.temperature_film_max, abs=0.1)
     assert oil.temperature + last[FLASH_MAX] == pytest.approx(steady.temperature_flash, abs=0.1)
