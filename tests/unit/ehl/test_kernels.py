@@ -106,38 +106,30 @@ def places(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> dict[str, Path]:
     }
 
 
-def _open_to_others(folder: Path) -> None:
-    folder.mkdir(parents=True)
-    folder.chmod(0o770)
-
-
-def _link(folder: Path) -> None:
-    target = folder.with_name(f"behind_{folder.name}")
-    target.mkdir(mode=0o700, parents=True)
-    folder.symlink_to(target)
-
-
-def _of_another(folder: Path) -> None:
-    folder.mkdir(mode=0o700, parents=True)
-    if os.getuid() != 0:
-        pytest.skip("only the administrator can give a folder away")
-    os.chown(folder, 12345, -1)
-
-
-def _below_one_of_all(folder: Path) -> None:
-    folder.mkdir(mode=0o700, parents=True)
-    folder.parent.chmod(0o777)
-
-
-def _file(folder: Path) -> None:
+def plant(folder: Path, how: str) -> None:
+    """Put something in the place of a private folder; "private" makes the folder itself."""
     folder.parent.mkdir(parents=True, exist_ok=True)
-    folder.write_text("")
+    if how == "file":
+        folder.write_text("")
+        return
+    made = folder.with_name(f"behind_{folder.name}") if how == "link" else folder
+    made.mkdir(mode=0o700)
+    if how == "link":
+        folder.symlink_to(made)
+    elif how == "open to others":
+        folder.chmod(0o770)
+    elif how == "below one of all":
+        folder.parent.chmod(0o777)
+    elif how == "of another":
+        if os.getuid() != 0:
+            pytest.skip("only the administrator can give a folder away")
+        os.chown(folder, 12345, -1)
 
 
 @OF_USERS
-@pytest.mark.parametrize("plant", [_open_to_others, _link, _of_another, _file])
+@pytest.mark.parametrize("how", ["open to others", "link", "of another", "file"])
 def test_kernels_are_in_the_first_folder_that_belongs_to_the_user_alone(
-    places: dict[str, Path], capfd: pytest.CaptureFixture[str], plant: Callable[[Path], None]
+    places: dict[str, Path], capfd: pytest.CaptureFixture[str], how: str
 ) -> None:
     kernel_sources._report_refused.cache_clear()
     for folder in places.values():
@@ -145,7 +137,7 @@ def test_kernels_are_in_the_first_folder_that_belongs_to_the_user_alone(
         assert folder.stat().st_mode & 0o777 == 0o700
         assert Path(str(KernelCache(newton.py_func).cache_path)).parent == folder
         shutil.rmtree(folder)
-        plant(folder)
+        plant(folder, how)
         with pytest.raises((PermissionError, FileExistsError)):
             private_folder(folder)
     with pytest.raises((PermissionError, FileExistsError)):
@@ -164,15 +156,11 @@ class Attack:
         return os.mkdir, (str(self.made),)
 
 
-def _private(folder: Path) -> None:
-    folder.mkdir(mode=0o700, parents=True)
-
-
 @OF_USERS
-@pytest.mark.parametrize("plant", [_private, _of_another, _below_one_of_all])
-def test_nothing_is_loaded_from_a_folder_of_others(tmp_path: Path, plant: Callable[[Path], None]) -> None:
+@pytest.mark.parametrize("how", ["private", "of another", "below one of all"])
+def test_nothing_is_loaded_from_a_folder_of_others(tmp_path: Path, how: str) -> None:
     planted, ran = tmp_path / "between" / "planted", tmp_path / "ran"
-    plant(planted)
+    plant(planted, how)
     function = quasi_separable.exponential_product.py_func
     index = Path(KernelCache(function).disk._cache_file._index_path)
     # as the program lays it out, and as numba does
@@ -182,7 +170,7 @@ def test_nothing_is_loaded_from_a_folder_of_others(tmp_path: Path, plant: Callab
         (planted / name / index.name).write_bytes(content)
     surrounding = os.environ | {"NUMBA_CACHE_DIR": str(planted)}
     run = subprocess.run([sys.executable, "-c", ANSWER], env=surrounding, capture_output=True, text=True)
-    trusted = plant is _private  # what is planted there does run
+    trusted = how == "private"  # what is planted there does run
     assert ran.exists() == trusted
     assert ("NUMBA_CACHE_DIR is not used" in run.stderr) != trusted
     assert (run.returncode == 0 and run.stdout != "") != trusted
