@@ -221,10 +221,9 @@ def test_preparation_recovers_a_generated_profile():
 
 @pytest.mark.parametrize(("field", "value"), [("cutoff_short", 1e-6), ("cutoff_short", 2e-3), ("cutoff_long", 11e-6)])
 def test_cutoffs_out_of_range(field, value):
+    given = {"cutoff_long": None, "cutoff_short": 10e-6} | {field: value}
     with refuses(field):
-        prepared_profile(
-            STEP * np.arange(4000), wave(100e-6), **({"cutoff_long": None, "cutoff_short": 10e-6} | {field: value})
-        )
+        prepared_profile(STEP * np.arange(4000), wave(100e-6), **given)
 
 
 def test_positions_with_too_few_digits_are_even(tmp_path):
