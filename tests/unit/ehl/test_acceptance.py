@@ -88,13 +88,9 @@ def test_limiting_stress_far_below_the_newtonian_stress(pressure: float) -> None
 
 
 def test_inputs_without_effect_are_named() -> None:
-    result = case(
-        lubricant={**OIL, "rheology": "newtonian", "eyring_stress": 5e6},
-        contact={**CONTACT, "slide_to_roll": 0.0},
-        solid_1={"temperature_bulk": 363.15},
-        surface={"lay_angle": 0.1},
-        model={"thermal": "off"},
-    ).solve()
+    without = {"surface": {"lay_angle": 0.1}, "model": {"thermal": "off"}, "solid_1": {"temperature_bulk": 363.15}}
+    without["lubricant"] = {**OIL, "rheology": "newtonian", "eyring_stress": 5e6}
+    result = case(contact={**CONTACT, "slide_to_roll": 0.0}, **without).solve()
     text = " ".join(result.notes)
     for name in ("eyring_stress", "solid_1.temperature_bulk", "lay_angle"):
         assert name in text

@@ -354,12 +354,8 @@ def test_solution_by_the_factors_of_the_transposed_matrix():
 
 
 def test_a_smooth_contact_without_compiler_is_the_same():
-    answers = [
-        float(
-            subprocess.run(
-                [sys.executable, "-c", SOLVE], env={**os.environ, **more}, capture_output=True, text=True, check=True
-            ).stdout
-        )
-        for more in ({}, {"NUMBA_DISABLE_JIT": "1"})
-    ]
+    options = {"capture_output": True, "text": True, "check": True}
+    surroundings = (os.environ, os.environ | {"NUMBA_DISABLE_JIT": "1"})
+    runs = [subprocess.run([sys.executable, "-c", SOLVE], env=each, **options) for each in surroundings]
+    answers = [float(run.stdout) for run in runs]
     assert answers[1] == pytest.approx(answers[0], rel=1e-9)

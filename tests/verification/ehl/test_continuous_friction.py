@@ -6,10 +6,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from samples import CONTACT, STEEL
+from samples import CONTACT, STEEL, contact_case
 
 import ehl
-from ehl.common.validation import validate
 from ehl.contact import Contact
 from ehl.material import Material
 from ehl.rough import RoughSurfaces, TransientResult, solve_transient
@@ -154,22 +153,15 @@ RMS = 0.4e-6
 
 def case(speed: float, length: float, peklenik: float = 1.0, pressure: float = 1e9, **model: Any) -> Contact:
     """The test line of docs/validation_mixed.md; correlation length in half-widths (263 um at 1 GPa)."""
-    rms = RMS / 2.0**0.5
-    return validate(
-        Contact,
-        {
-            "contact": {
-                "effective_modulus": 228e9, "radius_equivalent": 0.015, "pressure_hertz": pressure,
-                "speed_entrainment": speed, "slide_to_roll": 0.5,
-            },
-            "lubricant": {"viscosity_inlet": 0.015, "pressure_viscosity": 15e-9, "temperature_oil": 373.15},
-            "surface": {
-                "roughness_rms_1": rms, "roughness_rms_2": rms, "peklenik_number": peklenik, "boundary_film": 30e-9,
-                "correlation_length": length * 4.0 * 0.015 * pressure / 228e9,
-            },
-            "model": {"accuracy": "fast", "thermal": "off"} | model,
-        },
-    )  # fmt: skip
+    contact = CONTACT | {"effective_modulus": 228e9, "pressure_hertz": pressure, "slide_to_roll": 0.5}
+    rough = {"roughness_rms_1": RMS / 2.0**0.5, "roughness_rms_2": RMS / 2.0**0.5, "boundary_film": 30e-9}
+    length *= 4.0 * 0.015 * pressure / 228e9
+    return contact_case(
+        contact=contact | {"speed_entrainment": speed},
+        lubricant={"viscosity_inlet": 0.015, "pressure_viscosity": 15e-9, "temperature_oil": 373.15},
+        surface=rough | {"peklenik_number": peklenik, "correlation_length": length},
+        model={"accuracy": "fast", "thermal": "off"} | model,
+    )
 
 
 @pytest.mark.parametrize(("speed", "peklenik"), [(3e-4, 1.0), (3e-4, 3.0), (1e-4, 1e6)])
