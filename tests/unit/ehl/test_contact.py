@@ -10,23 +10,15 @@ import pytest
 from matplotlib.figure import Figure
 from pages import read_page
 from refusals import refuses
+from samples import CONTACT
 
 import ehl
 from ehl.common.data import reason_text
 from ehl.contact import KEYWORDS, ContactKeywords
 from ehl.uncertainty.result import Change, InputUncertainty
 
-GIVEN: dict[str, Any] = {
-    "oil": "75w90",
-    "temperature": "90 degC",
-    "pressure_hertz": "1.2 GPa",
-    "radius_equivalent": "15 mm",
-    "speed_entrainment": "5 m/s",
-    "slide_to_roll": 0.2,
-    "roughness_rms": "0.4 um",
-    "finish": "ground",
-    "accuracy": "fast",
-}
+GIVEN: dict[str, Any] = CONTACT | {"oil": "75w90", "temperature": "90 degC", "pressure_hertz": "1.2 GPa"}
+GIVEN |= {"roughness_rms": "0.4 um", "finish": "ground", "accuracy": "fast"}
 
 
 @pytest.fixture(scope="module")
@@ -36,12 +28,7 @@ def result() -> ehl.ContactResult:
 
 def test_keywords_and_tables_say_the_same() -> None:
     tables = {
-        "contact": {
-            "pressure_hertz": 1.2e9,
-            "radius_equivalent": "15 mm",
-            "speed_entrainment": 5.0,
-            "slide_to_roll": 0.2,
-        },
+        "contact": CONTACT | {"pressure_hertz": 1.2e9, "radius_equivalent": "15 mm"},
         "lubricant": {"oil": "75w90", "temperature_oil": 363.15},
         "surface": {"finish": "ground", "roughness_rms_1": 0.4e-6 / 2.0**0.5, "roughness_rms_2": 0.4e-6 / 2.0**0.5},
         "model": {"accuracy": "fast"},

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+import samples
 
 import ehl
 from ehl.fluid.oil import Oil
@@ -14,10 +15,7 @@ from ehl.uncertainty.result import score_of
 from ehl.uncertainty.spread import DEFAULT, UncertaintyInput
 
 OIL = Oil.load("75w90")
-CONTACT = ehl.Contact(
-    oil="75w90", temperature="90 degC", pressure_hertz="1.2 GPa", radius_equivalent="15 mm",
-    speed_entrainment="5 m/s", slide_to_roll=0.2, roughness_rms="0.4 um",
-)  # fmt: skip
+CONTACT = ehl.Contact(oil="75w90", temperature="90 degC", roughness_rms="0.4 um", **samples.CONTACT)
 
 
 def product(problem: ContactProblem) -> tuple[float, float, float]:

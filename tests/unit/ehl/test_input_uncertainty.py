@@ -135,11 +135,9 @@ def test_stated_slopes_by_hand(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("ehl.uncertainty.spread._slopes", lambda: {"boundary_film": nodes, "temperature_bulk": nodes})
     spread = Spread(0.5, sd_below=0.3)
     found = stated_change("boundary_film", spread, np.array([0.1, 0.2, math.inf]), 2.0)
-    assert found is not None
     np.testing.assert_allclose(found[0], [0.2 * -0.6, 0.3 * -0.6, 0.0], rtol=1e-12)
     np.testing.assert_allclose(found[1], [0.4 * 1.0, 0.8 * 1.0, 0.0], rtol=1e-12)
     bodies = stated_change("temperature_bulk", Spread(10.0, "absolute"), np.array([math.inf]), 1.0)
-    assert bodies is not None
     assert (bodies[0][0], bodies[1][0]) == (pytest.approx(-4.0), pytest.approx(12.0))
     assert stated_change("viscosity", spread, np.array([1.0]), 1.0) is None
 
@@ -151,6 +149,5 @@ def test_stated_slopes_are_those_of_the_table(place: int) -> None:
     assert len(rows) == 5
     for row in rows:
         found = stated_change(row["input"], Spread(0.1), np.array([FILM_RATIOS[place]]), 1.0)
-        assert found is not None
         wanted = (-0.1 * float(row["slope_below"]), 0.1 * float(row["slope_above"]))
         assert (found[0][0], found[1][0]) == pytest.approx(wanted, rel=1e-9)
