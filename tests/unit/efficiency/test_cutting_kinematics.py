@@ -105,13 +105,12 @@ def test_work_turns_and_shifts_as_the_trade_names_say() -> None:
     np.testing.assert_allclose(pose.work[0], expected, rtol=1e-14)
     np.testing.assert_allclose(pose.shift[0][1], 0.003 - 0.002 * phi + 0.003 * phi**2 / 2 - 0.001 * phi**3 / 6)
     np.testing.assert_allclose(pose.shift[0][2], -(0.002 + 0.004 * phi + 0.001 * phi**2 / 2 + 0.002 * phi**3 / 6))
-    for values in (pose.work, pose.shift):
-        ahead = m.at(phi + 1e-6)
-        behind = m.at(phi - 1e-6)
+    for values, ahead, behind in (
+        (getattr(pose, name), *(getattr(m.at(phi + step), name) for step in (1e-6, -1e-6)))
+        for name in ("work", "shift")
+    ):
         for k in (0, 1):
-            name = "work" if values is pose.work else "shift"
-            slope = (getattr(ahead, name)[k] - getattr(behind, name)[k]) / 2e-6
-            np.testing.assert_allclose(values[k + 1], slope, rtol=1e-7, atol=1e-10)
+            np.testing.assert_allclose(values[k + 1], (ahead[k] - behind[k]) / 2e-6, rtol=1e-7, atol=1e-10)
 
 
 @pytest.mark.parametrize("groups", [0, 13])
@@ -164,26 +163,18 @@ def test_equation_of_meshing_and_normal_from_derivatives(name: str, generated: b
 @pytest.mark.parametrize("name", ["straight mill", "hob", "relieved hob"])
 def test_derivatives_by_settings_by_complex_step(name: str) -> None:
     """Fits differentiate by the settings: every one may carry a complex step."""
-    x = parameters()
-
-    def position(blade_change: dict[str, complex], machine_change: dict[str, complex]) -> np.ndarray:
-        blade = replace(BLADES[name], **blade_change)  # type: ignore[arg-type]
-        machine = replace(MACHINE, **machine_change)  # type: ignore[arg-type]
-        return np.asarray(CutFlank(blade, machine, BLANK, 0.3).sweep(x)[0])
-
-    changes = [("blade", n) for n in ("point_radius", "blade_angle", "curvature", "radius_offset", "phase")]
-    changes += [("machine", n) for n in MACHINE.__dataclass_fields__ if n != "generation"]
-    for where, field in changes:
-        value = getattr(BLADES[name] if where == "blade" else MACHINE, field)
-        small = 1e-6 * max(1.0, abs(value))
-
-        def at(step: complex, where: str = where, field: str = field, value: float = value) -> np.ndarray:
-            change = {field: value + step}
-            return position(change, {}) if where == "blade" else position({}, change)
-
-        exact = at(1e-30j).imag / 1e-30
-        differences = (at(small) - at(-small)) / (2.0 * small)
-        np.testing.assert_allclose(exact, differences, rtol=1e-6, atol=5e-11)
+    x, flank = parameters(), CutFlank(BLADES[name], MACHINE, BLANK, 0.3)
+    fields = [("blade", n) for n in ("point_radius", "blade_angle", "curvature", "radius_offset", "phase")]
+    fields += [("machine", n) for n in MACHINE.__dataclass_fields__ if n != "generation"]
+    for where, field in fields:
+        part = getattr(flank, where)
+        small = 1e-6 * max(1.0, abs(getattr(part, field)))
+        exact, ahead, behind = (
+            np.asarray(replace(flank, **{where: replace(part, **{field: getattr(part, field) + step})}).sweep(x)[0])
+            for step in (1e-30j, small, -small)
+        )
+        differences = (ahead - behind) / (2.0 * small)
+        np.testing.assert_allclose(exact.imag / 1e-30, differences, rtol=1e-6, atol=5e-11)
 
 
 def test_edge_pieces_join_with_one_tangent_and_relieve_the_flank() -> None:
@@ -209,6 +200,8 @@ def test_edge_pieces_join_with_one_tangent_and_relieve_the_flank() -> None:
     start = plain.profile.at(np.array([edge.breaks[1]]))[2]
     np.testing.assert_allclose(angle[s < edge.breaks[0]], start[0] - 0.04, rtol=1e-12)
     np.testing.assert_array_equal(curvature[s < edge.breaks[0]], 0.0)
+    for reached, radius in ((s > edge.breaks[2], 0.2), ((s > edge.breaks[0]) & (s < edge.breaks[1]), 0.03)):
+        np.testing.assert_allclose(curvature[reached], 1.0 / radius)
     assert edge.length_at(0.002) == pytest.approx(edge.breaks[1], rel=1e-12)
 
 
