@@ -8,12 +8,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from pydantic import ValidationError
 from refusals import fails, refuses
 from scipy.optimize import minimize
 
 from efficiency.contact.assembly import Assembly, RigidMove, displaced_axes
 from efficiency.design.design import Design, load_design
-from efficiency.design.shaft_input import MISALIGNMENTS, Deflection, MemberStiffnessInput, StiffnessInput
+from efficiency.design.shaft_input import MISALIGNMENTS, Deflection, MemberStiffnessInput, Misalignment, StiffnessInput
 from efficiency.ltca import shaft_deflection
 from efficiency.ltca.mesh_grids import MeshGrids
 from efficiency.ltca.shaft_deflection import shaft_compliance
@@ -174,14 +175,6 @@ def test_axial_displacement_is_force_over_stiffness() -> None:
     assert max(abs(moved.E), abs(moved.G)) < 1e-8
 
 
-def test_rigid_shafts() -> None:
-    stiff = (1e18 * np.eye(6)).tolist()
-    rigid = loaded(on({"pinion": {"reference_point": 0.1, "matrix": stiff}})).efficiency("constant:0.05")
-    plain = loaded(load_design(PAIR)).efficiency("constant:0.05")
-    assert rigid.efficiency == pytest.approx(plain.efficiency, abs=1e-9)
-    assert rigid.pressure_hertz_max == pytest.approx(plain.pressure_hertz_max, rel=1e-9)
-
-
 @pytest.mark.parametrize(("member", "sign"), [("pinion", -1.0), ("gear", 1.0)])
 def test_load_pushes_the_members_apart(soft: LoadedMesh, member: str, sign: float) -> None:
     """Work of the mesh force: each member moves with the force on it."""
@@ -271,6 +264,13 @@ def test_rows_are_interpolated_for_both_flanks(tmp_path: Path) -> None:
         design.under_torque(400.0, "coast")
     without_zero = made(tmp_path, "torque [N m],E [um]\n300,30\n")
     assert pytest.approx(10e-6) == without_zero.under_torque(100.0).assembly.misalignment.E
+    # displacements stated at one torque
+    given = {"misalignment": Misalignment(P=1e-5), "deflection": Deflection(E=1e-4, torque=300.0)}
+    one = design.model_copy(update={"assembly": design.assembly.model_copy(update=given)})
+    moved = one.under_torque(150.0).assembly.misalignment
+    assert (moved.E, moved.P) == pytest.approx((0.5e-4, 1e-5))
+    with pytest.raises(ValidationError, match="the pinion torque of these displacements"):
+        Deflection(E=1e-4)
 
 
 @pytest.mark.parametrize(
