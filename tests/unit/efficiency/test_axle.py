@@ -3,7 +3,6 @@
 import csv
 import json
 import math
-from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -265,7 +264,7 @@ def test_failed_mesh_is_a_failed_point() -> None:
     assert found.reason
 
 
-def test_command(mixed_ehl: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_command(mixed_ehl: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(efficiency, "Axle", lambda name, **given: Axle(name, grid=GRID, **given))
     at = ("--torque", "200 N m", "--speed", "157 rad/s", "--temperature", "353.15 K", "--friction", MODEL)
     outcome = mixed_ehl("axle", TRUCK, *at, "--seals", "iso_14179_2", "--json")

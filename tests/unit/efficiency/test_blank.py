@@ -240,7 +240,6 @@ def test_drawing_data_of_a_design_are_those_of_its_blank(mixed_ehl: Cli, tmp_pat
     rows = {row[0]: row[3:] for row in made("iso23509_f2").drawing_table().rows}
     pair = efficiency.load("fm_spiral_bevel_14x39")
     drawing = pair.drawing()
-    assert drawing is not None
     of_design = {row[0]: row[3:] for row in drawing.table().rows}
     assert rows.keys() - of_design.keys() == {"cutting"}
     for name in of_design.keys() - {"hand of spiral"}:

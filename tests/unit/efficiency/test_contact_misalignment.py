@@ -1,7 +1,6 @@
 """Misalignment study and contact pattern: values, files, figures, command."""
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -184,7 +183,7 @@ def test_blade_angle_error_is_a_profile_slope() -> None:
 
 
 @pytest.mark.usefixtures("commands_alone")
-def test_tolerance_of_a_pair_on_the_command_line(mixed_ehl: Callable[..., Any]) -> None:
+def test_tolerance_of_a_pair_on_the_command_line(mixed_ehl: Any) -> None:
     friction = ("--friction", "constant:0.05", "--json")
     outcome = mixed_ehl("gear", BEVEL, "--tolerance", "2", "--accuracy-grade", "6", *friction)
     [study] = json.loads(outcome.out)["studies"]
@@ -220,7 +219,7 @@ def test_sections_and_figures_pass_through_the_aligned_pair(study: MisalignmentS
         assert pattern.area_share == pytest.approx(point.pattern_area, rel=1e-9)
 
 
-def test_states_at_a_torque_are_those_of_the_loaded_pair(mixed_ehl: Callable[..., Any], tmp_path: Path) -> None:
+def test_states_at_a_torque_are_those_of_the_loaded_pair(mixed_ehl: Any, tmp_path: Path) -> None:
     """The V-H check under load: same numbers as the pair set up in that state, next to the unloaded ones."""
     options = ("--torque", "300 N m", "--friction", "constant:0.05", "--speed", "1500 rpm")
     outcome = mixed_ehl("misalignment", BEVEL, "--E", "-0.1:0.1:2 mm", *options, "--json", "--plot", tmp_path)

@@ -10,7 +10,6 @@ import pytest
 from refusals import refuses
 
 from efficiency.contact.conjugate import read_ease_off_map
-from efficiency.cutting.flank import CutFlank
 from efficiency.design.design import load_design
 from efficiency.machine_settings.conjugate import target_relief
 from efficiency.machine_settings.correction import machine_corrections
@@ -29,7 +28,6 @@ def grids(folder: Path, name: str, changes: dict[str, float], noise: float = 0.0
         if sides not in ("both", side):
             continue
         flank = design.flank("pinion", side)
-        assert isinstance(flank, CutFlank)
         off = replace(flank.machine, **{key: getattr(flank.machine, key) + by for key, by in changes.items()})
         grid = inspection_grid(replace(flank, machine=off), 7, 11, 0.08)
         shift = noise * rng.standard_normal(grid.u.shape)

@@ -219,7 +219,6 @@ def test_protuberance_stands_off_by_its_amount() -> None:
 @pytest.mark.parametrize("blade", [BLADES["curved mill"], replace(BLADES["straight mill"], edge_radius=0.0012)])
 def test_edge_radius_touches_the_profile_and_the_tip_plane(blade: Blade) -> None:
     arc = blade.tip_arc
-    assert arc is not None
     ends = np.array([blade.tip, blade.profile_start])
     (xi, eta, angle, _), flank = arc.at(ends), blade.profile.at(ends)
     np.testing.assert_allclose([eta[0], angle[0]], [0.0, 0.5 * np.pi], atol=1e-16)

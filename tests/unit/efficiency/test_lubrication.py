@@ -4,12 +4,7 @@ import numpy as np
 import pytest
 
 from efficiency.loss.kinematics import LoadedPoints
-from efficiency.loss.lubrication import (
-    SolvedFriction,
-    biboulet_houpert_2010,
-    local_lubrication,
-    surface_temperature,
-)
+from efficiency.loss.lubrication import SolvedFriction, biboulet_houpert_2010, local_lubrication, surface_temperature
 from efficiency.loss.power_loss import efficiency_of, rolling_losses
 from ehl.fluid.oil import Oil
 from ehl.inputs import ContactProblem, ModelInput, SurfaceInput

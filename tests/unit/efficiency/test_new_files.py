@@ -35,9 +35,7 @@ EXPECTED = {
 
 
 @pytest.mark.parametrize("kind", READERS)
-def test_file_is_read_by_the_command_it_is_for(
-    mixed_ehl: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str
-) -> None:
+def test_files_are_read(mixed_ehl: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str) -> None:
     monkeypatch.chdir(tmp_path)
     outcome = mixed_ehl("new", kind)
     assert outcome.code == 0
@@ -116,9 +114,7 @@ def test_names_cannot_break_the_file(name: str) -> None:
         efficiency.new_file("plan", name + "\n")
 
 
-def test_terminal_is_asked_question_by_question(
-    mixed_ehl: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_terminal_asks_question_by_question(mixed_ehl: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     answers = iter(["pao", "", "97.5 cSt", "13.3 cSt", ""])
     asked: list[str] = []

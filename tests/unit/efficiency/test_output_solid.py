@@ -10,7 +10,6 @@ from refusals import refuses
 
 from efficiency.contact.gear_flanks import Member
 from efficiency.contact.tooth_grid import ToothGrid, tooth_grid
-from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.limits import fillet, flank_limits
 from efficiency.design.design import Design, bevel_names, load_design
 from efficiency.output.solid import STL_RECORD, Solid, member_solid, tooth_space_solid, write_stl
@@ -58,9 +57,7 @@ def body_volume(grid: ToothGrid, rim: float, bore: float) -> float:
 
 @pytest.mark.parametrize("member", MEMBERS)
 @pytest.mark.parametrize(("bore", "euler"), [(0.0, 2), (0.018, 0)])
-def test_member_is_closed_and_has_its_volume(
-    grids: dict[str, ToothGrid], member: Member, bore: float, euler: int
-) -> None:
+def test_member_has_its_volume(grids: dict[str, ToothGrid], member: Member, bore: float, euler: int) -> None:
     grid = grids[member]
     solid = member_solid(grid, rim=0.003, bore=bore)
     assert solid.closed
@@ -151,7 +148,6 @@ def test_fillet_of_the_solid_is_the_one_the_cutter_leaves(design: Design) -> Non
     assert tooth_grid(design.flanks(), "pinion", 9, 9).fillets == (False, False)
     for side, azimuth in zip(grid.sides, (grid.lower, grid.upper), strict=True):
         flank = design.gear.flank("concave" if side == "concave" else "convex")
-        assert isinstance(flank, CutFlank)
         limits = flank_limits(flank, 9)
         curve = limits.fillet
         column = 3

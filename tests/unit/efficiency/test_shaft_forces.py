@@ -38,7 +38,6 @@ def test_forces_balance_torque_and_power(name: str, side: str, driver: str, stat
     mesh = loaded(name, side, **state)
     result = mesh.efficiency("constant:0.05", driver=driver)
     forces = result.forces
-    assert forces is not None
     np.testing.assert_allclose(forces.pinion.torque, mesh.torque, rtol=1e-12)
     share = forces.gear.torque.mean() * mesh.mesh.bevel.ratio / mesh.torque
     assert (share if driver == "pinion" else 1.0 / share) == pytest.approx(result.efficiency, rel=1e-9)
@@ -100,5 +99,4 @@ def test_forces_of_a_load_from_a_file(tmp_path: Path) -> None:
     read = mesh.mesh.load_from(tmp_path / "load.csv").efficiency("constant:0.05")
     content = json.loads(json.dumps(read.to_dict(), allow_nan=False))["forces"]
     assert content["stiffness"] == [None] * 4
-    assert own.forces is not None
     np.testing.assert_allclose(content["gear"]["axial"], own.forces.gear.axial, rtol=1e-6)

@@ -119,7 +119,6 @@ def flank_forces(mesh: Mesh, load: PositionLoad, mu: np.ndarray, driver: str) ->
     Own route: velocities are omega x r of both members, friction on each points against its sliding over the other.
     """
     axes, p = mesh.grids.axes, load.position
-    assert axes is not None
     teeth = mesh.design.pinion.blank.teeth / mesh.design.gear.blank.teeth
     spin = 1.0 if driver == "pinion" else -1.0
     arms = [p.position - axis.origin for axis in axes]

@@ -186,7 +186,6 @@ def test_edges_take_over_where_the_path_ends(load: LoadDistribution) -> None:
     names: dict[str, list[float]] = {}
     for p in load.positions:
         edge = p.position.edge
-        assert edge is not None
         for k in np.flatnonzero(edge.touching & (p.force > 0.0)):
             names.setdefault(EDGES[edge.index[k]], []).append(
                 p.position.pinion_angle + p.position.pair[k] * _pitch(load)
@@ -237,7 +236,6 @@ def test_vanishing_force_on_an_edge(geared: Mesh, load: LoadDistribution, tiny: 
     """An edge that only just touches: no division by its width, no share, no pressure."""
     for p, elastic in zip(load.positions, geared.grids.elastic_fine, strict=True):
         edge = p.position.edge
-        assert edge is not None
         force = np.where(edge.touching, tiny, 1.0)
         at = np.array([p.approach]), np.array([p.transmission_error])
         (changed,) = loads_of_forces([elastic.position], elastic.approach, force, *at, [p.equilibrium])
