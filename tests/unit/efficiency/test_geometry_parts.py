@@ -7,20 +7,8 @@ from hypothesis import strategies as st
 from samples import GEAR_BLANK as BLANK
 from scipy.interpolate import Akima1DInterpolator, CubicSpline
 
-from efficiency.contact.assembly import Assembly
 from efficiency.contact.chebyshev import Patch, akima_curve, cubic_spline
-from efficiency.contact.contact_lines import mesh_cycle
-from efficiency.contact.flank_pair import FlankPair, flank_pair
-from efficiency.contact.tooth_grid import tooth_shapes
 from efficiency.cutting import newton
-from efficiency.cutting.machine import turn
-from efficiency.design.design import load_design
-from ehl.common.errors import InputError
-
-
-@pytest.fixture(scope="module")
-def pair() -> FlankPair:
-    return flank_pair(load_design("fm_spiral_bevel_14x39").flanks())
 
 
 @given(st.floats(-0.0127, 0.0127), st.floats(-0.006, 0.002), st.floats(-0.02, 0.02))
@@ -28,14 +16,6 @@ def test_blank_coordinates_round_trip(u: float, h: float, apex: float) -> None:
     blank = BLANK.model_copy(update={"pitch_apex_beyond_crossing": apex})
     back = blank.coordinates(*blank.axial(np.array([u]), np.array([h])))
     np.testing.assert_allclose(np.real(back)[:, 0], [u, h], atol=1e-15)
-
-
-def test_blank_heights() -> None:
-    u = np.array([-0.0127, 0.0, 0.0127])
-    np.testing.assert_allclose(BLANK.height(u, np.zeros(3)), BLANK.root(u))
-    np.testing.assert_allclose(BLANK.height(u, np.ones(3)), BLANK.tip(u))
-    assert (np.diff(BLANK.root(u)) < 0.0).all()
-    assert (np.diff(BLANK.tip(u)) > 0.0).all()
 
 
 def test_newton_reports_points_without_solution() -> None:
@@ -67,54 +47,6 @@ def test_patch_tail_tells_resolved_from_unresolved_fields() -> None:
     patch = Patch.fit((0.0, 1.0), (0.0, 1.0), (10, 10), {"smooth": np.exp(u * v), "kink": np.abs(u - 0.4) + v})
     assert patch.tail["smooth"] < 1e-7
     assert patch.tail["kink"] > 1e-3
-
-
-@given(st.floats(-0.3, 0.3), st.floats(-2e-3, 2e-3), st.floats(-2e-3, 2e-3), st.floats(-1e-2, 1e-2))
-def test_roll_solves_the_equation_of_meshing(azimuth: float, moved: float, along: float, tilted: float) -> None:
-    assembly = Assembly(14, 39, 0.5 * np.pi, offset=0.01, E=moved, P=along, G=-moved, shaft_angle_error=tilted)
-    radius, z = 0.076, 0.029
-    point = np.array([[radius * np.cos(azimuth)], [radius * np.sin(azimuth)], [z]])
-    normal = turn(np.array([[0.66], [-0.74], [-0.12]]), azimuth)
-    f2, rate = assembly.roll(point, normal)
-    in_mesh, facing = assembly.gear_in_mesh(point, f2), turn(normal, f2)
-    assert abs(float((assembly.sliding(in_mesh) * facing).sum())) < 1e-14
-    # its rate by a small rotation of the pinion
-    small = 1e-6
-    closing = [
-        float(
-            (
-                assembly.sliding(assembly.gear_in_mesh(point, f2 + k * small * assembly.ratio))
-                * turn(normal, f2 + k * small * assembly.ratio)
-            ).sum()
-        )
-        for k in (1.0, -1.0)
-    ]
-    assert float(rate[0]) == pytest.approx((closing[0] - closing[1]) / (2.0 * small), rel=1e-6, abs=1e-9)
-
-
-def test_pinion_frame_and_back() -> None:
-    assembly = Assembly(14, 39, 1.4, offset=0.01, E=1e-3, P=-2e-3, G=5e-4, shaft_angle_error=3e-3)
-    point, f1 = np.array([[0.05], [0.01], [0.02]]), np.array([0.3])
-    local, _ = assembly.to_pinion(point, point, f1)
-    np.testing.assert_allclose(assembly.pinion_in_mesh(local, f1), point, atol=1e-16)
-    axis = assembly.pinion_axis[:, 0]
-    assert np.arccos(axis[2]) == pytest.approx(1.4 + 3e-3, rel=1e-12)
-    np.testing.assert_allclose(assembly.pinion_origin[:, 0], np.array([0.0, 0.011, 0.0]) - 2e-3 * axis, atol=1e-16)
-
-
-def test_tooth_shapes(pair: FlankPair) -> None:
-    for shape in tooth_shapes(pair.flanks):
-        assert shape.face[0] == 0.0
-        assert shape.face[-1] == pytest.approx(0.0254)
-        assert (np.diff(shape.height) > 0.0).all()
-        assert (shape.thickness_root > 2.0 * shape.thickness_tip).all()
-        assert shape.thickness_tip.min() > 1e-3
-
-
-@pytest.mark.parametrize(("positions", "points"), [(0, 9), (4, 1), (2.5, 9)])
-def test_mesh_cycle_refuses_impossible_counts(pair: FlankPair, positions: int, points: int) -> None:
-    with pytest.raises(InputError, match="whole number"):
-        mesh_cycle(pair.surface, positions, points)
 
 
 @pytest.mark.parametrize("count", [5, 7, 15])

@@ -233,10 +233,3 @@ def test_stated_uncertainty_covers() -> None:
     terms = module._terms(PLACE, 0, 2)
     bent = np.array([bend(column) for column in module._terms(LINE, 0, 2).T])
     assert np.sqrt(np.mean(np.square(errors))) < 1.5 * np.sqrt(bent @ np.linalg.solve(terms.T @ terms, bent))
-
-
-def test_noise_above_the_stated_is_found() -> None:
-    rng = np.random.default_rng(5)
-    field = smooth_field(PLACE, 4.0 * rng.standard_normal(X.size), 0.5, 1)
-    assert field.noise == pytest.approx(4.0, rel=0.15)
-    assert smooth_field(PLACE, rng.standard_normal(X.size), 3.0, 1).noise == 3.0

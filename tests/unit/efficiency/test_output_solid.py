@@ -82,30 +82,6 @@ def test_tooth_space_is_a_pitch_of_the_member(grids: dict[str, ToothGrid], membe
     assert solid.volume == pytest.approx(tooth_volume(grid) + slab, rel=2e-3)
 
 
-@pytest.mark.parametrize("member", MEMBERS)
-def test_flank_points_lie_on_the_solid(design: Design, grids: dict[str, ToothGrid], member: Member) -> None:
-    grid = grids[member]
-    tooth = getattr(design, member)
-    for side, azimuth in zip(grid.sides, (grid.lower, grid.upper), strict=True):
-        points, _ = tooth.flank(side).solve(grid.u[5], grid.height[5])
-        turned = azimuth[5] - points.azimuth
-        # the flank as computed, turned as a whole
-        assert np.ptp(np.angle(np.exp(1j * turned))) < 1e-9
-
-
-def test_teeth_and_backlash_fill_the_pitch(design: Design, grids: dict[str, ToothGrid]) -> None:
-    """On the pitch cones, which roll on each other, both teeth and the backlash share the pitch."""
-    filled = pitch = 0.0
-    for grid in grids.values():
-        lower, upper = (np.interp(0.0, grid.height[:, 20], side[:, 20]) for side in (grid.lower, grid.upper))
-        radius = float(grid.blank.axial(np.zeros(1), np.zeros(1))[0][0])
-        filled += radius * float(upper - lower)
-        pitch = radius * grid.pitch
-    left = (pitch - filled) * np.cos(np.radians(35.0))
-    # profiles are curved between the pitch point and the depth where the flanks were brought to touch
-    assert left == pytest.approx(design.assembly.normal_backlash, abs=2e-5)
-
-
 def test_stl_round_trip(tmp_path: Path, grids: dict[str, ToothGrid]) -> None:
     solid = tooth_space_solid(grids["gear"])
     path = tmp_path / "space.stl"
