@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from samples import GEAR_BLANK as BLANK
 
-from efficiency.cutting import newton
 from efficiency.cutting.cutter import Blade, Protuberance, Relief
 from efficiency.cutting.flank import CutFlank, Flank, index_start
 from efficiency.cutting.machine import FORMATE, GENERATED, MachineSettings
@@ -60,37 +59,6 @@ BLADES = {
 }
 
 
-@pytest.mark.parametrize("side", ["concave", "convex"])
-@pytest.mark.parametrize("curvature", [0.0, 2.0, -2.0])
-def test_blade_normal_is_square_to_the_surface_and_points_out_of_the_tooth(side: str, curvature: float) -> None:
-    blade = Blade(0.1, 0.35, side, curvature)  # type: ignore[arg-type]
-    x = np.array([[0.0, 0.004, 0.009], [-0.9, 0.3, 2.0]])
-
-    def surface(y: np.ndarray) -> np.ndarray:
-        return np.asarray(blade.surface(y[0], y[1])[0])
-
-    point, jacobian = newton.complex_jacobian(surface, x)
-    normal = np.asarray(blade.surface(x[0], x[1])[1])
-    np.testing.assert_allclose(np.linalg.norm(normal, axis=0), 1.0, rtol=1e-14)
-    assert np.abs(np.einsum("in,nik->nk", normal, jacobian)).max() < 1e-15
-    # unit speed along the edge, also of a curved one
-    np.testing.assert_allclose(np.linalg.norm(jacobian[:, :, 0], axis=1), 1.0, rtol=1e-13)
-    # the outside blade leaves the tooth outside its cone: out of that tooth is towards the axis
-    radial = (normal[:2] * point[:2]).sum(axis=0)
-    assert (radial * (-1.0 if side == "concave" else 1.0) > 0.0).all()
-
-
-def test_curved_blade_is_an_arc_through_the_tip() -> None:
-    straight, curved = Blade(0.1, 0.35, "concave"), Blade(0.1, 0.35, "concave", 4.0)
-    s = np.linspace(0.0, 0.01, 5)
-    points = np.asarray(curved.surface(s, np.zeros(5))[0])
-    first = np.asarray(straight.surface(s, np.zeros(5))[0])
-    np.testing.assert_allclose(points[:, 0], first[:, 0], atol=1e-18)
-    # deviation from the tangent of an arc: s^2 curvature/2 to leading order
-    away = np.linalg.norm(points - first, axis=0)
-    np.testing.assert_allclose(away[1:], 2.0 * s[1:] ** 2, rtol=2e-3)
-
-
 def parameters(seed: int = 1, count: int = 7) -> np.ndarray:
     draw = np.random.default_rng(seed).uniform
     return np.stack([draw(-0.0005, 0.009, count), draw(-1.0, 1.0, count), draw(-0.3, 0.3, count)])
@@ -111,31 +79,6 @@ def test_work_turns_and_shifts_as_the_trade_names_say() -> None:
     ):
         for k in (0, 1):
             np.testing.assert_allclose(values[k + 1], (ahead[k] - behind[k]) / 2e-6, rtol=1e-7, atol=1e-10)
-
-
-@pytest.mark.parametrize("groups", [0, 13])
-def test_machine_by_hand(groups: int) -> None:
-    """One point followed through the chain of the definitions with plain matrices."""
-    m, phi, th, s = MACHINE, 0.17, 0.6, 0.004
-    blade = Blade(0.1, 0.35, "convex", groups=groups, offset_angle=0.3 if groups else 0.0, phase=0.05)
-    flank = CutFlank(blade, m, BLANK, index_zero=0.2)
-
-    def rz(a: float) -> np.ndarray:
-        return np.array([[np.cos(a), -np.sin(a), 0.0], [np.sin(a), np.cos(a), 0.0], [0.0, 0.0, 1.0]])
-
-    ry = np.array([[np.cos(m.tilt), 0.0, np.sin(m.tilt)], [0.0, 1.0, 0.0], [-np.sin(m.tilt), 0.0, np.cos(m.tilt)]])
-    centre = m.radial_setting * np.array([np.cos(m.cradle_angle), np.sin(m.cradle_angle), 0.0])
-    nu = blade.offset_angle
-    edge = np.array([0.1, 0.0, 0.0]) + s * (-np.sin(0.35) * np.array([np.cos(nu), np.sin(nu), 0.0]))
-    edge[2] = -s * np.cos(0.35)
-    cradle = rz(phi) @ (centre + rz(m.swivel) @ ry @ rz(th) @ edge)
-    shift = m.at(np.array([phi])).shift[0][:, 0]
-    g = m.machine_root_angle
-    to_work = np.array([[np.sin(g), 0.0, -np.cos(g)], [0.0, 1.0, 0.0], [np.cos(g), 0.0, np.sin(g)]])
-    blank = to_work @ (cradle + shift) - np.array([0.0, 0.0, m.machine_centre_to_back])
-    psi = m.at(np.array([phi])).work[0][0] - groups / 39.0 * (th - 0.2 - 0.05)
-    position, _, _ = flank.sweep(np.array([[s], [th], [phi]]))
-    np.testing.assert_allclose(position[:, 0], rz(-psi) @ blank, atol=1e-16)
 
 
 @pytest.mark.parametrize("name", BLADES)

@@ -134,7 +134,6 @@ def test_grid_of_a_pair_is_the_single_run() -> None:
         ({"torque": "100:200 N m"}, "from:to:number unit"),
         ({"roughness_rms_each": [1e-3]}, "roughness_rms_each"),
         ({"roughness_rms_each": [1e-7], "roughness_rms_gear": [1e-7]}, "roughness_rms_each"),
-        ({"roughness_rms": [1e-7]}, "roughness_rms_each"),
     ],
 )
 def test_bad_axes(axes: dict[str, Any], words: str) -> None:

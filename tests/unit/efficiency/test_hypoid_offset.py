@@ -1,7 +1,6 @@
 """Offsets of both signs: blank, settings, load, efficiency, closed forms."""
 
 from math import radians
-from pathlib import Path
 
 import pytest
 
@@ -65,12 +64,3 @@ def test_offsets_from_zero_to_beyond_the_cones(name: str, field: str) -> None:
         with pytest.raises(InputError) as refused:
             efficiency.blank(inputs.model_copy(update={"hypoid_offset": sign * 0.6 * size}))
         assert refused.value.field in ("hypoid_offset", "cutter_radius", "face_width_gear", "pressure_angle.drive")
-
-
-@pytest.mark.fast
-def test_new_targets_with_a_negative_offset(tmp_path: Path) -> None:
-    path = tmp_path / "above.toml"
-    path.write_text(efficiency.new_file("targets", offset="-12 mm", spiral_angle="40 deg"))
-    blank = load_targets(path).blank
-    assert (blank.hypoid_offset, blank.method) == (-0.012, 2)
-    assert efficiency.blank(blank).pinion.mean_spiral_angle < radians(40.0)

@@ -66,6 +66,7 @@ def test_oil_by_two_viscosities_is_the_generic_oil(tmp_path: Path) -> None:
         {"process": "face_hobbing", "teeth_pinion": 11, "teeth_gear": 37, "offset": "25 mm", "spiral_angle": "27 deg"},
         {"process": "face_hobbing", "offset": "0 mm", "finish": "lapped"},
         {"process": "two_part_face_hobbing"},
+        {"offset": "-12 mm", "spiral_angle": "40 deg"},
     ],
 )
 def test_blank_of_targets_can_be_made(tmp_path: Path, answers: dict[str, str]) -> None:
@@ -75,6 +76,7 @@ def test_blank_of_targets_can_be_made(tmp_path: Path, answers: dict[str, str]) -
     assert blank.teeth_gear == int(answers.get("teeth_gear", 42))
     assert efficiency.blank(blank).gear.teeth == blank.teeth_gear
     assert (blank.blade_groups is not None) == ("process" in answers)
+    assert blank.hypoid_offset == pytest.approx(float(answers.get("offset", "15 mm").split()[0]) / 1e3)
 
 
 def test_contact_and_plan_with_a_measured_finish(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from efficiency.contact.assembly import Assembly
-from efficiency.contact.contact_lines import mesh_cycle
 from efficiency.contact.ease_off import ConjugatePoints, conjugate_points, ease_off
 from efficiency.contact.flank_pair import FlankPair, flank_pair
 from efficiency.contact.mesh_surface import MeshSurface, mesh_surface
@@ -78,26 +77,6 @@ def test_interpolation_error_is_estimated(pair: FlankPair) -> None:
     worst = np.abs(surface.patch(u, v, ("ease_off",))[0] - relief).max()
     assert worst < max(surface.interpolation_error, 1e-14)
     assert surface.interpolation_error < 1e-9
-
-
-def test_line_lengths_and_points(pair: FlankPair) -> None:
-    coarse = mesh_cycle(pair.surface, positions=2, points_per_line=11)[1]
-    fine = mesh_cycle(pair.surface, positions=2, points_per_line=101)[1]
-    np.testing.assert_array_equal(np.unique(coarse.pair), np.unique(fine.pair))
-    for k in np.unique(fine.pair):
-        own = fine.pair == k
-        chords = np.linalg.norm(np.diff(fine.position[own], axis=0), axis=1)
-        parts = fine.length[own]
-        np.testing.assert_allclose(chords, 0.5 * (parts[1:] + parts[:-1]), rtol=1e-4)
-        assert coarse.length[coarse.pair == k].sum() == pytest.approx(parts.sum(), rel=1e-4)
-        # points run from the toe to the heel, along the tangent
-        assert (np.diff(fine.face_gear[own]) > 0.0).all()
-        assert ((np.diff(fine.position[own], axis=0) * fine.along[own][:-1]).sum(axis=1) > 0.99 * chords).all()
-    for position in (coarse, fine):
-        np.testing.assert_allclose(np.linalg.norm(position.normal, axis=1), 1.0, rtol=1e-12)
-        np.testing.assert_allclose(np.cross(position.along, position.normal), position.across, atol=1e-12)
-        assert (position.gap >= 0.0).all()
-        assert position.gap.min() == 0.0
 
 
 @pytest.mark.parametrize("hand", ["left", "right"])
