@@ -252,8 +252,6 @@ UPGRADE = {
 
 
 class Caller:
-    """Sends requests to the page as a browser or another program does."""
-
     def __init__(self, address: str) -> None:
         parts = urlsplit(address)
         self.port, self.host, self.query = parts.port, parts.netloc, parts.query
@@ -269,7 +267,6 @@ class Caller:
         return found.status, found.headers, content
 
     def socket(self, **headers: str) -> int:
-        """Status of the attempt to open a websocket."""
         return self.get(f"{SOCKET}websocket", **UPGRADE, **headers)[0]
 
 

@@ -32,7 +32,6 @@ def point(torque: float = 200.0, speed: float = 157.0, temperature: Any = 353.15
 
 
 def changed(name: str = TRUCK, **parts: dict[str, Any]) -> Axle:
-    """The axle with other values in its tables."""
     content = load_axle(name).model_dump()
     for table, values in parts.items():
         content[table] |= values

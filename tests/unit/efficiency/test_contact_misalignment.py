@@ -40,7 +40,6 @@ def pair() -> FlankPair:
 
 
 def test_points_of_the_study_are_those_of_single_pairs(study: MisalignmentStudy) -> None:
-    """Reused flank points give what a pair computed alone gives."""
     assert [(p.E, p.P) for p in study.points] == [(e, p) for e in (-1e-4, 0.0, 2e-4) for p in (0.0, 5e-5)]
     for point in study.points[::2]:
         alone = flank_pair(load_design(BEVEL).with_misalignment(E=point.E, P=point.P).flanks())

@@ -113,7 +113,6 @@ def test_one_flank_of_a_completing_pinion_is_told(tmp_path: Path) -> None:
     [
         ({"uncertainty": "1 mm"}, 1, "pinion", "uncertainty"),
         ({"uncertainty": "1 N"}, 1, "pinion", "uncertainty"),
-        ({"order": 3}, 1, "pinion", "order"),
         ({}, 0, "pinion", "grids"),
         ({}, 2, "pinion", "grids"),
         ({}, 1, "gear", "row 1, column 11"),

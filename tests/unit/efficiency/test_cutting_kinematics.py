@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from reference_flanks import hobbed_pinion
 from samples import GEAR_BLANK as BLANK
 
 from efficiency.cutting.cutter import Blade, Protuberance, Relief
@@ -32,19 +33,7 @@ MACHINE = MachineSettings(
     vertical_motion_2=0.003,
     vertical_motion_3=-0.001,
 )
-HOB = Blade(
-    0.076,
-    0.35,
-    "concave",
-    curvature=-1.5,
-    reference_height=0.005,
-    groups=13,
-    offset_angle=0.35,
-    phase=0.1,
-    rake=0.2,
-    hook=0.1,
-    radius_offset=0.001,
-)
+HOB = replace(hobbed_pinion("concave").blade, phase=0.1, rake=0.2, hook=0.1)
 BLADES = {
     "straight mill": Blade(0.1, 0.35, "concave"),
     "curved mill": Blade(0.1, 0.35, "convex", 2.0, reference_height=0.004, edge_radius=0.001),

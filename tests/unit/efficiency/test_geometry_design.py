@@ -54,23 +54,6 @@ def test_bad_input_names_its_field(tmp_path: Path, old: str, new: str, field: st
         load_design(changed(tmp_path, old, new))
 
 
-@pytest.mark.parametrize(
-    ("name", "content", "field"),
-    [
-        ("missing.toml", None, "file"),
-        ("no_such_design", None, "design"),
-        (".", None, "file"),
-        ("broken.toml", b"[assembly\n", "file"),
-        ("binary.toml", b"\xff\xfe\x00\x01", "file"),
-    ],
-)
-def test_unreadable_files(tmp_path: Path, name: str, content: bytes | None, field: str) -> None:
-    if content:
-        (tmp_path / name).write_bytes(content)
-    with refuses(field):
-        load_design(name if field == "design" else tmp_path / name)
-
-
 def test_settings_that_cut_no_flank_are_refused_with_a_reason(tmp_path: Path) -> None:
     # a cradle twice as far out leaves the cutter beside the blank
     path = changed(tmp_path, 'radial_setting = "96.01838217906185 mm"', 'radial_setting = "300 mm"')

@@ -213,7 +213,6 @@ POINTS = len(TORQUE) * len(SPEED)
 
 @pytest.fixture(scope="module")
 def maps() -> tuple[Any, Any]:
-    """The map, and the same with every point solved."""
     few, every = (
         PAIR.mesh("drive", *GRID).map(MODEL, TORQUE, SPEED, interval=True, every_point=every) for every in (False, True)
     )

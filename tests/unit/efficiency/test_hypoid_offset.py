@@ -5,10 +5,8 @@ from math import radians
 import pytest
 
 import efficiency
-from efficiency.blanks.inputs import load_blank
 from efficiency.loss.closed_form import Driver, PitchGeometry, buckingham_type, coleman_type, lengthwise_sliding
 from efficiency.machine_settings.inputs import SettingsInput, load_targets
-from ehl.common.errors import InputError
 
 
 def targets(hand: str, offset: float, spiral: float) -> SettingsInput:
@@ -43,24 +41,3 @@ def test_closed_forms_lose_power_with_both_signs(driver: Driver) -> None:
         lengthwise = lengthwise_sliding(pair, 0.05, driver=driver)
         assert 0.95 < buckingham_type(pair, 0.05, driver) < lengthwise < 1.0
         assert coleman_type(pair, 0.05, driver) == pytest.approx(buckingham_type(pair, 0.05, driver), abs=0.01)
-
-
-@pytest.mark.fast
-@pytest.mark.parametrize(
-    ("name", "field"), [("iso23509_f3", "pinion"), ("iso23509_f4", "gear"), ("iso23509_f5", "gear")]
-)
-def test_offsets_from_zero_to_beyond_the_cones(name: str, field: str) -> None:
-    inputs = load_blank(name).model_copy(
-        update={"pitch_cones": "converged", f"mean_spiral_angle_{field}": radians(25.0)}
-    )
-    size = efficiency.blank(inputs).gear.mean_diameter
-    for sign in (1.0, -1.0):
-        tiny, small = (
-            efficiency.blank(inputs.model_copy(update={"hypoid_offset": sign * share * size})) for share in (1e-9, 0.05)
-        )
-        assert abs(tiny.offset_angle) < 1e-8
-        assert sign * small.offset_angle > 0.02
-        assert sign * (small.pinion.mean_spiral_angle - small.gear.mean_spiral_angle) > 0.02
-        with pytest.raises(InputError) as refused:
-            efficiency.blank(inputs.model_copy(update={"hypoid_offset": sign * 0.6 * size}))
-        assert refused.value.field in ("hypoid_offset", "cutter_radius", "face_width_gear", "pressure_angle.drive")

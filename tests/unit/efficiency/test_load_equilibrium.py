@@ -14,7 +14,6 @@ FloatArray = np.ndarray
 
 
 def springs(stiffness: float):
-    """Linear local compliance."""
     return lambda force: (force / stiffness, np.full(force.size, 1.0 / stiffness))
 
 

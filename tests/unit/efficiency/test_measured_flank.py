@@ -163,7 +163,6 @@ def bend(values: NDArray[np.float64]) -> float:
 
 
 def covariance(sizes: Sizes, noise: float, free: float) -> NDArray[np.float64]:
-    """Of values at PLACE, written out."""
     x, y = PLACE
     found = noise**2 * np.eye(x.size)
     for term in (np.ones_like(x), x, y):

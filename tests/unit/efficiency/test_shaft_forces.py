@@ -16,12 +16,10 @@ pytestmark = pytest.mark.fast
 
 
 def loaded(name: str, side: Any = "drive", torque: float | None = None, **state: str) -> efficiency.LoadedMesh:
-    """A pair under load on a small mesh."""
     return efficiency.load(name).mesh(side, positions=4, points_per_line=9, **state).load(torque)
 
 
 def size(forces: Any) -> np.ndarray[Any, Any]:
-    """Magnitude of the force on a shaft."""
     return np.sqrt(forces.axial**2 + forces.radial**2 + forces.tangential**2)
 
 

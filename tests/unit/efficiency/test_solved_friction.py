@@ -170,8 +170,6 @@ def test_texture_in_the_design_file_and_its_limits() -> None:
 
 
 class Witness(ConstantFriction):
-    """Notes the texture it is asked with."""
-
     seen: ClassVar[list[tuple[float, ...]]] = []
 
     def evaluate(self, conditions: Conditions, oil: Oil) -> FrictionEstimate:

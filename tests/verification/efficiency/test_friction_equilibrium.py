@@ -99,18 +99,10 @@ def test_hypoid_pitch_point_is_exact(mu: float, b1: float, b2: float) -> None:
     assert with_friction.efficiency == pytest.approx((cos_a + signed * t2) / (cos_a + signed * t1), rel=1e-12)
     assert (plain.conditions.load_balance, with_friction.conditions.load_balance) == ("frictionless", "frictional")
     assert "friction in the torque balance" not in with_friction.skipped
-
-
-@pytest.mark.parametrize(("b1", "b2"), [(50.0, 30.0), (20.0, 40.0)])
-def test_hypoid_pitch_point_with_the_gear_driving(b1: float, b2: float) -> None:
-    """eta = (cos a - mu tan b1)/(cos a - mu tan b2): friction points the other way, input and output change places."""
-    pressure, t1, t2 = math.radians(20.0), math.tan(math.radians(b1)), math.tan(math.radians(b2))
-    mesh = pitch_point(math.radians(b1), math.radians(b2), pressure)
-    cos_a, operation = math.cos(pressure), replace(OPERATION, driver="gear")
-    result = solve_balanced(load_grids(mesh, 100.0), ConstantFriction(0.05), OIL, operation)
-    signed = math.copysign(0.05, t1 - t2)
-    assert result.efficiency == pytest.approx((cos_a - signed * t1) / (cos_a - signed * t2), rel=1e-12)
-    assert result.power_output == pytest.approx(100.0 * OPERATION.speed, rel=1e-14)
+    # the gear drives: friction points the other way, input and output change places
+    back = solve_balanced(loaded, model, OIL, replace(OPERATION, driver="gear"))
+    assert back.efficiency == pytest.approx((cos_a - signed * t1) / (cos_a - signed * t2), rel=1e-12)
+    assert back.power_output == pytest.approx(100.0 * OPERATION.speed, rel=1e-14)
 
 
 def flank_forces(mesh: Mesh, load: PositionLoad, mu: np.ndarray, driver: str) -> tuple[float, float, float]:

@@ -36,7 +36,6 @@ def load(geared: Mesh) -> LoadDistribution:
 
 @pytest.fixture(scope="module")
 def crowded(geared: Mesh) -> ElasticPosition:
-    """The position with most tooth pairs."""
     return max(geared.grids.elastic_fine, key=lambda p: np.unique(p.position.pair).size)
 
 
@@ -141,23 +140,17 @@ def test_light_loads_get_all_points_of_their_lines(geared: Mesh) -> None:
     assert load_grids(geared.grids, 1.05).mesh is light.mesh
 
 
-def test_edges_take_over_where_the_path_ends(load: LoadDistribution) -> None:
+def test_edges_take_over_where_the_path_ends(load: LoadDistribution, geared: Mesh) -> None:
     """A pair comes in on the tip edge of the gear and goes out on that of the pinion, before and after its path."""
     names: dict[str, list[float]] = {}
     for p in load.positions:
-        edge = p.position.edge
+        at, edge = p.position, p.position.edge
         for k in np.flatnonzero(edge.touching & (p.force > 0.0)):
-            names.setdefault(EDGES[edge.index[k]], []).append(
-                p.position.pinion_angle + p.position.pair[k] * _pitch(load)
-            )
+            angle = at.pinion_angle + at.pair[k] * geared.flanks.surface.pitch
+            names.setdefault(EDGES[edge.index[k]], []).append(angle)
     assert {"gear tip", "pinion tip"} <= names.keys()
     assert max(names["gear tip"]) < min(names["pinion tip"])
     assert load.contact_ratio > 2.0
-
-
-def _pitch(load: LoadDistribution) -> float:
-    first, second = (load.positions[k].position.pinion_angle for k in (0, 1))
-    return len(load.positions) * (second - first)
 
 
 def test_edge_load_is_told_with_its_interval(load: LoadDistribution, geared: Mesh) -> None:
