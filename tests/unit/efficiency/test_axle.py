@@ -81,6 +81,7 @@ def test_limits(name: str, least: float) -> None:
     assert still.points[0].loss_total == 0.0
     assert math.isnan(still.points[0].axle_efficiency)
     assert all(bearing.moment > 0.0 for bearing in still.bearings)
+    assert point(0.0, name=name).loss_mesh == 0.0
     dry = changed(name, sump={"oil_level": -1.0}).at(0.0, 157.0, 353.15).points[0]
     assert dry.loss_churning == 0.0 < dry.loss_bearings
     assert dry.loss_total < point(0.0, name=name).loss_total

@@ -13,15 +13,17 @@ import pytest
 
 import efficiency
 from efficiency.blanks.checks import KINDS
-from efficiency.blanks.dimensions import recommended_addendum_factor, recommended_thickness_factor
+from efficiency.blanks.dimensions import UndercutLimit, recommended_addendum_factor, recommended_thickness_factor
 from efficiency.blanks.inputs import PairBlankInput, load_blank
 from efficiency.blanks.pair import pair_blank, pitch_cones
 from efficiency.blanks.pair_blank import MemberBlank, PairBlank
+from efficiency.blanks.virtual_gears import VirtualGears
 from efficiency.cutting.blank import Blank
 from efficiency.design.flank_input import BlankInput
 from efficiency.geometry.design_drawing import design_drawing
 from ehl.common.data import data_names, data_path
 from ehl.common.errors import InputError
+from ehl.common.quantities import quantities
 from ehl.common.validation import read_toml, validate
 
 Cli = Callable[..., Any]
@@ -249,3 +251,9 @@ def test_drawing_data_of_a_design_are_those_of_its_blank(mixed_ehl: Cli, tmp_pat
     assert "mounting distance,tB,mm,–,60.000" in (tmp_path / "tables" / "drawing.csv").read_text(encoding="utf-8")
     design.write_text(text.replace("[gear]\n", '[gear]\nmounting_distance = "20 mm"\n', 1), encoding="utf-8")
     assert mixed_ehl("gear", design).code == 2
+
+
+def test_every_result_is_in_the_nomenclature() -> None:
+    listed = {name.rpartition(".")[2] for name in quantities()}
+    for record in (PairBlank, MemberBlank, VirtualGears, UndercutLimit):
+        assert {field.name for field in fields(record)} <= listed

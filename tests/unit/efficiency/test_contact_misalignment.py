@@ -110,8 +110,12 @@ def test_pattern_grows_with_the_marking_and_lies_around_the_path(pair: FlankPair
     # the same points on the pinion: toe to toe, tip to root
     assert np.corrcoef(thin.gear_u.ravel(), thin.pinion_u.ravel())[0, 1] > 0.9
     assert np.corrcoef(thin.gear_height.ravel(), thin.pinion_height.ravel())[0, 1] < -0.9
-    nothing = pair.pattern(1e-12)
-    assert nothing.area_share < 1e-3
+    assert pair.pattern(1e-12).area_share < 1e-3
+    # a pinion far too high in the mesh runs on the tip of the gear
+    moved = flank_pair(load_design(BEVEL).with_misalignment(E=2e-4).flanks())
+    assert (pair.transmission.edges, moved.transmission.edges) == ((), ("gear tip",))
+    assert bool(moved.notes) > bool(pair.notes)
+    assert "gear tip" in moved.pattern().edges
 
 
 def test_random_states_have_the_given_deviations_and_a_distribution() -> None:

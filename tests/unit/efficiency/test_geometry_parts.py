@@ -1,7 +1,7 @@
 """The parts of the geometry, each for itself."""
 
 import numpy as np
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from samples import GEAR_BLANK as BLANK
 from scipy.interpolate import Akima1DInterpolator, CubicSpline
@@ -14,6 +14,20 @@ def test_blank_coordinates_round_trip(u: float, h: float, apex: float) -> None:
     blank = BLANK.model_copy(update={"pitch_apex_beyond_crossing": apex})
     back = blank.coordinates(*blank.axial(np.array([u]), np.array([h])))
     np.testing.assert_allclose(np.real(back)[:, 0], [u, h], atol=1e-15)
+
+
+@settings(max_examples=20)
+@given(st.integers(0, 2), st.integers(0, 2), st.floats(-0.9, 1.9), st.floats(0.1, 0.9))
+def test_patch_is_exact_for_polynomials_and_their_derivatives(du: int, dv: int, u: float, v: float) -> None:
+    nodes_u, nodes_v = Patch.nodes((-1.0, 2.0), (0.0, 1.0), (6, 5))
+    patch = Patch.fit(
+        (-1.0, 2.0), (0.0, 1.0), (6, 5), {"f": nodes_u**3 * nodes_v**2 + nodes_v, "one": 0.0 * nodes_u + 1.0}
+    )
+    up = [u**3, 3.0 * u**2, 6.0 * u][du]
+    vp = [v**2, 2.0 * v, 2.0][dv]
+    extra = [v, 1.0, 0.0][dv] if du == 0 else 0.0
+    value = patch(np.array([u]), np.array([v]), ("f", "one"), du=du, dv=dv)[:, 0]
+    np.testing.assert_allclose(value, [up * vp + extra, float(du == 0 and dv == 0)], atol=1e-11)
 
 
 def test_patch_tail_tells_resolved_from_unresolved_fields() -> None:

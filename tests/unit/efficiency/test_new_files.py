@@ -92,11 +92,11 @@ def test_contact_and_plan_with_a_measured_finish(tmp_path: Path, monkeypatch: py
 @pytest.mark.parametrize("like", ehl.shipped("designs"))
 def test_every_shipped_design_is_a_pattern(like: str, tmp_path: Path) -> None:
     file = tmp_path / "mine.toml"
-    file.write_text(efficiency.new_file("design", "mine", like=like, torque="20 N m"), encoding="utf-8")
+    file.write_text(efficiency.new_file("design", "mine", like=like, torque="20 N m", oil="fva3"), encoding="utf-8")
     mine, shipped = efficiency.load(file), efficiency.load(like)
     assert type(mine) is type(shipped)
     assert mine.design.name == "mine"
-    assert mine.design.operation == shipped.design.operation.model_copy(update={"torque": 20.0})
+    assert mine.design.operation == shipped.design.operation.model_copy(update={"torque": 20.0, "oil": "fva3"})
     assert (mine.design.pinion, mine.design.gear) == (shipped.design.pinion, shipped.design.gear)
 
 

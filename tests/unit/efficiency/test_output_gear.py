@@ -23,6 +23,8 @@ from efficiency.loss.kinematics import Operation
 from efficiency.ltca.mesh_grids import load_grids
 from efficiency.mesh import Mesh
 from efficiency.output.comparison_report import (
+    axis_limit,
+    plot_comparison,
     plot_friction_along_mesh,
     plot_loss_along_mesh,
     plot_loss_by_region,
@@ -104,6 +106,20 @@ def test_loss_density_integrates_to_the_loss(flank: FlankMap, result: Efficiency
     assert 0.5 * result.power_loss < lost <= result.power_loss * (1.0 + 1e-12)
 
 
+def test_sliding_is_the_rate_of_the_blank_coordinates(flank: FlankMap, result: EfficiencyResult) -> None:
+    blank, step = flank.flanks.blank("gear"), 1e-7
+    along, up = flank.sliding
+    places = np.concatenate([load.position.position for load in result.load.positions])
+    parts = (load.position for load in result.load.positions)
+    vectors = [p.sliding_along[:, None] * p.along + p.sliding_across[:, None] * p.across for p in parts]
+    ends = [places + sign * step * np.concatenate(vectors) for sign in (-1.0, 1.0)]
+    (u0, h0), (u1, h1) = (blank.coordinates(np.hypot(e[:, 0], e[:, 1]), e[:, 2]) for e in ends)
+    at = np.concatenate(flank.lines)
+    speed = result.conditions.speed / (2.0 * step)
+    np.testing.assert_allclose(along.ravel(), (u1 - u0)[at] * speed, rtol=1e-5, atol=1e-6)
+    np.testing.assert_allclose(up.ravel(), (h1 - h0)[at] * speed, rtol=1e-5, atol=1e-6)
+
+
 def test_every_axis_has_its_unit(flank: FlankMap, result: EfficiencyResult, grid: Grid, comparison: Comparison) -> None:
     names = []
     for picture in chain(load_figures(flank), loss_figures(flank), mesh_figures(result), map_figures(grid)):
@@ -166,6 +182,18 @@ def test_page_of_a_point_and_of_a_map(grid: Grid, tmp_path: Path) -> None:
     np.testing.assert_allclose(losses, grid.values("power_loss").ravel(), rtol=1e-14)
     cells = pd.read_excel(tmp_path / "map.xlsx", "efficiency at 90 degC", index_col=0)
     np.testing.assert_allclose(cells, 100.0 * grid.values()[:, :, 1], rtol=1e-14)
+
+
+def test_a_wild_interval_does_not_ruin_the_chart(comparison: Comparison) -> None:
+    first = comparison.rows[0]
+    wild = replace(first, name="wild", efficiency=0.98, efficiency_lower=-0.49, efficiency_upper=0.985)
+    axes = plot_comparison(replace(comparison, rows=(*comparison.rows, wild)))
+    alone = plot_comparison(comparison)
+    assert axes.get_xlim()[1] < 2.5 * alone.get_xlim()[1]
+    # an arrow at the end of the axis of the others
+    assert sum(line.get_marker() == ">" for line in axes.lines) == 1
+    assert axis_limit(np.array([1.0, 1.2, np.nan, 150.0])) == 1.2
+    assert axis_limit(np.array([np.nan])) == 1.0
 
 
 def test_comparison_as_page_and_tables(comparison: Comparison, tmp_path: Path) -> None:
