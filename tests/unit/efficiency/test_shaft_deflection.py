@@ -104,6 +104,15 @@ def test_axes_by_the_common_normal() -> None:
     )
 
 
+def test_axes_that_stay() -> None:
+    placed = Assembly(13, 42, 1.4, -0.03, E=1e-4, P=-2e-4, G=1e-4, shaft_angle_error=1e-3)
+    rest = RigidMove(np.zeros(3), np.zeros(3), np.zeros(3))
+    found = displaced_axes(placed, rest, rest)
+    # a right-hand pinion has its offset along -y, and the normal turns with the axes, not with the offset
+    assert (found.E, found.P, found.G, found.shaft_angle_error) == pytest.approx((1e-4, -2e-4, 1e-4, 1e-3), abs=1e-15)
+    np.testing.assert_allclose(found.frame, np.eye(3), atol=1e-15)
+
+
 def rounds_of(monkeypatch: pytest.MonkeyPatch, answer: Any) -> tuple[float, float, int]:
     """E, shaft angle and rounds of the equilibrium where a load answers to E and 0.1 m shaft angle with others."""
     placed = Assembly(13, 42, 1.4, 0.03)
