@@ -74,9 +74,7 @@ def test_error_is_twice_what_half_the_positions_and_half_the_points_change(loade
     assert result.efficiency_error == pytest.approx(2.0 * (abs(half - every) + abs(fewer - every)), rel=1e-9)
 
 
-def test_error_of_the_balance_is_that_of_friction_by_forces_of_before(
-    monkeypatch: pytest.MonkeyPatch, loaded: LoadedGrids
-) -> None:
+def test_error_of_the_balance_by_forces_of_before(monkeypatch: pytest.MonkeyPatch, loaded: LoadedGrids) -> None:
     """mu as force^0.7 changes the loss by 0.7 of a small change of the forces; a tangent of a tenth by 0.3 %."""
     assert balance_error(0.02, 1e-3, 0.0) == pytest.approx(0.02 * (1.001**0.7 - 1.0), rel=1e-3)
     assert balance_error(0.02, 0.0, 0.1) == pytest.approx(0.02 * 0.003)

@@ -8,8 +8,7 @@ import pytest
 from refusals import refuses
 
 import efficiency
-from efficiency.contact.mesh_surface import tangent_angle, undirected
-from efficiency.cutting.machine import turn
+from efficiency.contact.mesh_surface import undirected
 from efficiency.design.design import Design
 from efficiency.loss.kinematics import Operation
 from efficiency.pair import GearPair
@@ -25,16 +24,6 @@ def pair():
 @pytest.fixture(scope="module")
 def loaded(pair):
     return pair.mesh(positions=4, points_per_line=9).load().grids.fine.loaded
-
-
-def test_angle_of_a_tangent_does_not_turn_with_the_member():
-    random = np.random.default_rng(3)
-    normal = random.normal(size=(3, 5))
-    normal /= np.linalg.norm(normal, axis=0)
-    direction = np.cross(normal, random.normal(size=(3, 5)), axis=0)
-    axis = np.array([[0.0], [0.0], [1.0]])
-    turned = tangent_angle(axis, turn(normal, 0.7), turn(direction, 0.7))
-    np.testing.assert_allclose(turned, tangent_angle(axis, normal, direction), atol=1e-12)
 
 
 def test_marks_of_a_formate_gear_are_circles_about_the_cutter(pair):

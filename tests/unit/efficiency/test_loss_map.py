@@ -4,7 +4,6 @@ import json
 import re
 import shutil
 import sys
-from collections.abc import Callable
 from dataclasses import replace
 from functools import cache, partialmethod
 from pathlib import Path
@@ -221,9 +220,7 @@ def test_table_of_losses_is_bilinear_and_ends(tmp_path: Path) -> None:
         read_axle_losses(tmp_path / "torn.csv")
 
 
-def test_losses_next_to_the_mesh_that_do_not_cover_the_map(
-    mixed_ehl: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_losses_that_do_not_cover_the_map(mixed_ehl: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "t.csv").write_text(TABLE)
     losses = ("--axle-losses", "t.csv")
@@ -231,9 +228,7 @@ def test_losses_next_to_the_mesh_that_do_not_cover_the_map(
     assert mixed_ehl("axle-test", DESIGN, "--drag", "1 N m", *losses).code == 2
 
 
-def test_commands_print_and_write(
-    mixed_ehl: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_commands_print_and_write(mixed_ehl: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(GearPair, "loss_map", partialmethod(GearPair.loss_map, grid=GRID))
     at = ("loss-map", DESIGN, "--torque=-100:100:2 N m", "--speed", "500, 900 rpm", "--drag", "2 N m")
     outcome = mixed_ehl(*at, "--json", "--model", tmp_path / "m.vtlm", "--xlsx", tmp_path / "m.xlsx")

@@ -71,9 +71,7 @@ def model(**changes: Any) -> EhlFriction:
     return replace(ehl_friction("ehl"), points=60, tolerance=0.0, jobs=1, **changes)
 
 
-def test_failed_contacts_are_counted_named_and_carried_as_error(
-    loaded: LoadedGrids, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_failed_contacts_are_counted_and_an_error(loaded: LoadedGrids, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "solve_contact", solver(lambda contact: False))
     sound = mesh_efficiency(loaded, model(), OIL, OPERATION)
     pressure = np.sort(sound.points.state.pressure_hertz)
@@ -110,9 +108,7 @@ def test_failed_contacts_are_counted_named_and_carried_as_error(
     assert "contacts" not in exact
 
 
-def test_where_too_much_failed_there_is_no_efficiency_and_no_share(
-    loaded: LoadedGrids, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_where_too_much_failed_is_no_efficiency(loaded: LoadedGrids, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "solve_contact", solver(lambda contact: contact.pressure_hertz > 0.9e9))
     result = mesh_efficiency(loaded, model(), OIL, OPERATION)
     assert (result.status, result.reason) == ("failed", "friction_not_converged")
@@ -175,8 +171,6 @@ def test_texture_in_the_design_file_and_its_limits() -> None:
 
 
 class Witness(ConstantFriction):
-    """Notes the texture it is asked with."""
-
     seen: ClassVar[list[tuple[float, ...]]] = []
 
     def evaluate(self, conditions: Conditions, oil: Oil) -> FrictionEstimate:

@@ -78,7 +78,6 @@ def test_flanks_are_the_envelope_of_the_swept_edge(pairs: dict[str, Design], pai
     for member in ("pinion", "gear"):
         for side in FLANK_SIDES:
             flank, second = design.flank(member, side), twin(content, member, side)
-            assert isinstance(flank, CutFlank)
             u, h = places(flank)
             points, found = flank.solve(u, h)
             assert found.mean() > 0.9
@@ -120,22 +119,6 @@ def test_unloaded_transmission_error_of_the_second_algorithm(pairs: dict[str, De
     difference = errors(ahead[-1], chosen) - path.transmission_error[chosen]
     assert np.ptp(path.transmission_error[chosen]) > 5.0 * ARCSEC
     assert np.ptp(difference) < 1e-3 * ARCSEC
-
-
-def test_without_eccentricity_the_flanks_are_those_of_a_one_part_head() -> None:
-    design = load_design(NAME)
-    for member in ("pinion", "gear"):
-        one = getattr(design, member)
-        for side in FLANK_SIDES:
-            content = getattr(one, side).model_dump()
-            for name in ("eccentricity", "eccentricity_angle"):
-                content["cutter"].pop(name)
-            content["cutter"]["type"] = "face_hobbing"
-            plain = validate(type(getattr(one, side)), content).flank(side, one.blank)
-            flank = changed(design, member, eccentricity=0.0)[side]
-            points, found = flank.solve(*places(flank))
-            assert found.all()
-            np.testing.assert_array_equal(points.position, plain.solve(*places(flank))[0].position)
 
 
 def iso_curvature(eccentricity: float) -> float:
