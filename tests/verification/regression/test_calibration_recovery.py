@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 from calibration_stub import OneLineSolver
 from scipy.stats import binom
-from twins.synthetic_measurement import synthetic_measurement
 
 import regression.calibration.calibrate as calibrate_module
 from ehl.fluid.oil import Oil
@@ -32,7 +31,7 @@ from regression.calibration.calibrate import (
     calibrate,
     solver_of,
 )
-from regression.calibration.measurement import Measurement
+from regression.calibration.measurement import SYNTHETIC, Measurement, read_measurement
 from regression.calibration.setup import CalibrationSetup
 
 SIGMA = 8e-4
@@ -286,9 +285,11 @@ def test_the_contact_solver_gives_back_what_was_put_in(
     monkeypatch.chdir(tmp_path)
     Path("setup.toml").write_text(SETUP, encoding="utf-8")
     Path("conditions.csv").write_text(CONDITIONS, encoding="utf-8")
-    truth = {"eyring_stress": 8e6, "limiting_shear_coefficient": 0.04}
-    synthetic_measurement("conditions.csv", "setup.toml", "made.csv", true=truth, seed=3)
-    assert Path("made.csv").read_text(encoding="utf-8").startswith("# SYNTHETIC, no measurement")
+    truth, setup = {"eyring_stress": 8e6, "limiting_shear_coefficient": 0.04}, calibrate_module.setup_of("setup.toml")
+    rows = read_measurement(Path("conditions.csv"), setup.conditions.given(), friction=False)
+    friction = made(rows, setup, truth, 5e-4 * np.random.default_rng(3).standard_normal(rows.size)).friction
+    cells = zip(CONDITIONS.splitlines(), ["friction_coefficient", *map(str, friction)], strict=True)
+    Path("made.csv").write_text("\n".join([SYNTHETIC, *map(",".join, cells)]), encoding="utf-8")
     files = ["-o", "mine.toml", "--plot", "curves.png", "--json", "--jobs", "1"]
     outcome = mixed_ehl("calibrate", "made.csv", "--setup", "setup.toml", *files)
     assert outcome.code == 0
