@@ -1,5 +1,6 @@
 """Plans of a few cases that tests of the sweep and the fit share."""
 
+import tomllib
 from typing import Any
 
 # the command line in a process of its own, whose networks are hardly trained: how jobs follow each other is in question
@@ -20,20 +21,8 @@ oil = "fva3"
 
 def gear_plan(name: str, sampling: dict[str, Any], **variables: Any) -> dict[str, Any]:
     """Content of a plan with the ranges of `GEAR_VARIABLES`, some of them put in place."""
-    return {
-        "name": name,
-        "sampling": sampling,
-        "variables": {
-            "pressure_hertz": {"low": "0.4 GPa", "high": "1.6 GPa"},
-            "radius_equivalent": {"low": "8 mm", "high": "40 mm", "scale": "log"},
-            "speed_entrainment": {"low": 1.0, "high": 15.0, "scale": "log"},
-            "slide_to_roll": {"low": 0.02, "high": 1.2, "scale": "log"},
-            "temperature_oil": {"low": "60 degC", "high": "120 degC"},
-            "roughness_rms": {"low": "0.2 um", "high": "0.6 um", "scale": "log"},
-            **variables,
-        },
-        "lubricant": {"oil": "fva3"},
-    }
+    content = tomllib.loads(GEAR_VARIABLES)
+    return {"name": name, "sampling": sampling, **content, "variables": content["variables"] | variables}
 
 
 def sweep_plan(name: str, **model: Any) -> dict[str, Any]:

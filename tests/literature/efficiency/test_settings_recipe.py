@@ -78,9 +78,7 @@ def test_gear_settings_are_the_given_ones() -> None:
     ("side", "rms", "largest", "missing", "together"),
     [("convex", 1.27, 6.8, 0, 13.75), ("concave", 1.45, 5.8, 3, 14.37)],
 )
-def test_given_settings_have_the_given_residual_and_transmission_error(
-    side: FlankSide, rms: float, largest: float, missing: int, together: float
-) -> None:
+def test_given_settings(side: FlankSide, rms: float, largest: float, missing: int, together: float) -> None:
     pair, starts = pair_of()
     gear, grid, start = cut_gear(pair), fit_grid(pair), starts[side]
     flank = replace(hobbed_pinion(side), blank=pair.pinion)

@@ -12,6 +12,7 @@ import pytest
 from regression.calibration.calibrate import setup_of
 from regression.calibration.measurement import read_measurement
 
+Cli = Callable[..., Any]
 SETUP = """
 oil = "fva3"
 parameters = ["eyring_stress", "boundary_friction"]
@@ -112,9 +113,7 @@ def test_slip_in_both_directions_is_folded_and_repeats_averaged(tmp_path: Path, 
         (GOOD, SETUP + '[surface]\nroughness_rms_1 = "1 um"\n', "surface.roughness_rms_1"),
     ],
 )
-def test_what_cannot_be_used_names_its_field(
-    mixed_ehl: Callable[..., Any], tmp_path: Path, table: str, setup: str, field: str
-) -> None:
+def test_refusals(mixed_ehl: Cli, tmp_path: Path, table: str, setup: str, field: str) -> None:
     measured, given = files(tmp_path, table, setup)
     outcome = mixed_ehl("calibrate", measured, "--setup", given, "--jobs", "1")
     assert outcome.code == 2

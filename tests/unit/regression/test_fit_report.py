@@ -169,9 +169,7 @@ def test_an_oil_named_by_its_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
 
 @pytest.mark.parametrize("name", ["folder/" * 8 + "oil.toml", "öl.toml", "a, b.toml"])
-def test_a_file_name_that_rows_cannot_hold_is_refused(
-    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_name_that_rows_cannot_hold_is_refused(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path(name).parent.mkdir(parents=True, exist_ok=True)
     Oil.load("fva3").save(name)

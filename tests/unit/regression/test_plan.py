@@ -18,7 +18,7 @@ from ehl.material import Material, effective_modulus
 from regression.friction.conditions import LUBRICANT_UNITS, STATE_UNITS, derive, lubricant_row
 from regression.plan.axes import PlanAxis
 from regression.plan.plan import Plan
-from regression.plan.sampling import FLASH_FRICTION, BoxSampler, constrained_quantities, corner_unit, to_range
+from regression.plan.sampling import FLASH_FRICTION, BoxSampler, constrained_quantities
 
 RANGES: dict[str, Any] = {
     "pressure_hertz": {"low": "0.4 GPa", "high": "2.4 GPa"},
@@ -188,14 +188,6 @@ def test_sobol_is_reproducible_nested_and_even() -> None:
     assert not np.array_equal(small, unit(16, 8))
     # a (t, m, s)-net: each half of each axis holds exactly half of the points
     np.testing.assert_array_equal((large < 0.5).sum(axis=0), 32)
-
-
-def test_ends_of_ranges_are_exact() -> None:
-    for scale in ("linear", "log"):
-        ends = to_range(np.array([0.0, 1.0]), 0.1, 0.7, scale)
-        assert ends.tolist() == [0.1, 0.7]
-    assert float(to_range(np.array(0.5), 1.0, 100.0, "log")) == pytest.approx(10.0, rel=1e-14)
-    assert corner_unit(3).shape == (8, 3)
 
 
 @pytest.mark.parametrize("oil", ["fva3", "75w90", "pao100", "5p4e"])

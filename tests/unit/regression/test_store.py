@@ -94,9 +94,6 @@ def test_rows_come_back_as_they_were_written(path: Path, merged: Path) -> None:
         assert np.isnan(frame["friction_coefficient"][2])
         # not given at all
         assert np.isnan(frame["film_central"]).all()
-
-
-def test_every_column_states_its_unit(merged: Path) -> None:
     with h5py.File(merged) as file:
         assert file["pressure_hertz"].attrs["unit"] == "Pa"
         assert file["friction_coefficient"].attrs["unit"] == "1"
@@ -161,13 +158,21 @@ def test_results_of_another_run_are_not_mixed_in(path: Path, name: str) -> None:
         read_run(path.parent)
 
 
-@pytest.mark.parametrize("content", [b"no journal", b"no journal\n", b'{"schema":1}\n', b"\x00" * 400])
-def test_other_and_corrupt_journals(path: Path, content: bytes) -> None:
-    path.write_bytes(content)
-    for use in (lambda: read_file(path), lambda: journal(path)):
+def test_other_and_corrupt_files(path: Path, merged: Path) -> None:
+    for content in (b"no journal", b"no journal\n", b'{"schema":1}\n', b"\x00" * 400):
+        path.write_bytes(content)
+        for use in (read_file, journal):
+            with refuses("run"):
+                use(path)
+        assert path.read_bytes() == content
+    merged.write_text("no HDF5")
+    with refuses("run"):
+        read_file(merged)
+    for attributes in ({}, {"schema": SCHEMA}):
+        with h5py.File(merged, "w") as file:
+            file.attrs.update(attributes)
         with refuses("run"):
-            use()
-    assert path.read_bytes() == content
+            read_file(merged)
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no FIFOs here")
@@ -180,17 +185,6 @@ def test_folders_pipes_and_devices_are_no_journals(kind: str, tmp_path: Path) ->
             use(path)
 
 
-def test_other_and_corrupt_merged_files(merged: Path) -> None:
-    merged.write_text("no HDF5")
-    with refuses("run"):
-        read_file(merged)
-    for attributes in ({}, {"schema": SCHEMA}):
-        with h5py.File(merged, "w") as file:
-            file.attrs.update(attributes)
-        with refuses("run"):
-            read_file(merged)
-
-
 def test_second_writer_is_refused(path: Path) -> None:
     holder = (
         "import sys\nfrom pathlib import Path\nfrom ehl.common.journal import Journal\n"
@@ -201,8 +195,6 @@ def test_second_writer_is_refused(path: Path) -> None:
     with subprocess.Popen(
         [sys.executable, "-c", holder], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     ) as process:
-        assert process.stdout is not None
-        assert process.stdin is not None
         assert process.stdout.readline() == "open\n"
         with pytest.raises(InputError, match="Is the same shard running"):
             journal(path)
@@ -247,9 +239,7 @@ def test_second_writer_is_refused_without_locks(path: Path, naps: list[float]) -
 
 
 @pytest.mark.parametrize(("age", "killed"), [(0.0, False), (30.0, False), (90.0, True)])
-def test_a_writer_without_locks_counts_as_killed_after_a_minute(
-    path: Path, naps: list[float], age: float, killed: bool
-) -> None:
+def test_a_writer_without_locks_ends_after_a_minute(path: Path, naps: list[float], age: float, killed: bool) -> None:
     shown = path.with_name(f"{path.name}.writer")
     shown.touch()
     touched = shown.stat().st_mtime - age
@@ -297,7 +287,6 @@ def test_rows_are_on_disk_whole_or_not_at_all(path: Path, monkeypatch: pytest.Mo
     monkeypatch.setattr(os, "fsync", synced.append)
     whole = path.read_bytes()
     with journal(path) as rows:
-        assert rows._file is not None
         rows._file.close()
         rows._file = file = FullDisk(path, "ab")
         with refuses("run"):
@@ -381,14 +370,12 @@ def resumed(path: Path) -> int:
 
 @pytest.mark.parametrize("share", [0.1, 0.5, 0.999])
 def test_whole_rows_of_a_journal_cut_short_are_kept(path: Path, content: dict[str, bytes], share: float) -> None:
-    path.write_bytes(content[".jsonl"][: int(share * len(content[".jsonl"]))])
+    """A merged file cut short is refused."""
+    for file in (path, merged := path.with_suffix(".h5")):
+        whole = content[file.suffix]
+        file.write_bytes(whole[: int(share * len(whole))])
     assert true_rows(path) == pytest.approx(share * len(MANY), abs=2.0)
     assert resumed(path) == len(MANY)
-
-
-@pytest.mark.parametrize("share", [0.1, 0.5, 0.999])
-def test_a_merged_file_cut_short_is_refused(merged: Path, content: dict[str, bytes], share: float) -> None:
-    merged.write_bytes(content[".h5"][: int(share * len(content[".h5"]))])
     with refuses("run"):
         read_file(merged)
 
