@@ -1,7 +1,11 @@
 """Plans of a few cases that tests of the sweep and the fit share."""
 
 import tomllib
+from pathlib import Path
 from typing import Any
+
+import regression
+from regression.data.dataset import Dataset
 
 # the command line in a process of its own, whose networks are hardly trained: how jobs follow each other is in question
 PROGRAM = "import regression.fitting.coefficients as t; t._STEPS = (5, 5); from efficiency.cli import main; main()"
@@ -41,3 +45,8 @@ def sweep_plan(name: str, **model: Any) -> dict[str, Any]:
         "lubricant": {"oil": "fva3"},
         "model": model,
     }
+
+
+def swept(folder: Path, content: dict[str, Any], formula: str = "arana_2019") -> Dataset:
+    """Friction of a published formula at the cases of a plan."""
+    return regression.sweep(regression.Plan.from_dict(content), folder, formula=formula, jobs=1).dataset()

@@ -76,11 +76,6 @@ CARD: list[Change] = [
     ("density_15 = ", "density_15 = 0.88 #", "density_15"),
     ("[viscosity]", "[viscosities]", "viscosities"),
 ]
-CURVES: list[Change] = [
-    ("load [N]", "load [Pa]", "row 4, load"),
-    (",0.009260", "", "friction_coefficient"),
-    (",0.009260", ",0,009260", "row 5"),
-]
 SHEET: list[Change] = [
     ("units, mm", "units, cm", "line 2"),
     ("units, mm", "unit, mm", "mean cone distance"),
@@ -102,7 +97,6 @@ FILES = {
     "gear": ("design", DESIGN, ("gear", "FILE")),
     "calibrate": ("setup", SETUP, ("calibrate", ROOT / "docs/examples/synthetic_traction.csv", "--setup", "FILE")),
     "oil": ("oil", CARD, ("oil", "FILE")),
-    "calibrate ": ("curves", CURVES, ("calibrate", "FILE", "--setup", ROOT / "docs/examples/calibration.toml")),
     "import": ("sheet", SHEET, ("import", "FILE", "-o", "never.toml", "--like", PAIR)),
 }
 IN_FILES = [(command, change) for command, (_, changes, _) in FILES.items() for change in changes]
@@ -112,8 +106,6 @@ IN_FILES = [(command, change) for command, (_, changes, _) in FILES.items() for 
 def right_file(kind: str) -> str:
     if kind == "setup":
         return (ROOT / "docs/examples/calibration.toml").read_text(encoding="utf-8")
-    if kind == "curves":
-        return (ROOT / "docs/examples/synthetic_traction.csv").read_text(encoding="utf-8")
     if kind == "sheet":
         with tempfile.TemporaryDirectory() as folder:
             efficiency.load(PAIR).export(folder, ("summary",))

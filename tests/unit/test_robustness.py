@@ -464,12 +464,8 @@ def test_outputs_are_checked_before_anything_is_computed(
 
 
 def test_a_terminal_without_greek_letters() -> None:
-    run = subprocess.run(
-        [*MAIN, "sweep", "demo", "--estimate", "--set", 'name="μ"'],
-        env={**os.environ, "PYTHONIOENCODING": "ascii"},
-        capture_output=True,
-        text=True,
-    )
+    command, ascii_only = [*MAIN, "sweep", "demo", "--estimate", "--set", 'name="μ"'], {"PYTHONIOENCODING": "ascii"}
+    run = subprocess.run(command, env=os.environ | ascii_only, capture_output=True, text=True)
     assert run.returncode == 0, run.stderr
 
 

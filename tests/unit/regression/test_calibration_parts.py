@@ -2,12 +2,13 @@
 
 import datetime
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from calibration_stub import OneLineSolver
+from calibration_stub import OneLineSolver, measured, setup_with
 from scipy.integrate import quad
 from scipy.optimize import brentq
 from scipy.stats import norm
@@ -28,29 +29,14 @@ STEEL = 206e9 / (1.0 - 0.3**2)  # E' of the shipped steel on itself
 WARM = 353.15
 
 
-def setup_of(**changes: object) -> CalibrationSetup:
-    content: dict[str, object] = {
-        "oil": "fva3",
-        "parameters": ["eyring_stress", "boundary_friction"],
-        "specimens": {"geometry": "point"},
-        "model": {"accuracy": "fast"},
-        **changes,
-    }
-    return CalibrationSetup.model_validate(content)
+def setup_of(parameters: Sequence[str] = ("eyring_stress", "boundary_friction"), **changes: object) -> CalibrationSetup:
+    return setup_with(parameters, **changes)
 
 
-def measurement_of(load: str, values: list[float], friction: float = 0.05) -> Measurement:
-    n = len(values)
-    columns = {
-        load: np.array(values),
-        "radius_equivalent": np.full(n, 9.525e-3),
-        "speed_entrainment": np.linspace(0.5, 2.0, n),
-        "slide_to_roll": np.full(n, 0.3),
-        "temperature_oil": np.full(n, WARM),
-        "roughness_rms": np.full(n, 1e-7),
-    }
-    known = (np.full(n, friction), np.full(n, math.nan), ("a",) * n, tuple(range(2, n + 2)))
-    return Measurement("made.csv", "0" * 64, columns, load, *known)
+def measurement_of(load: str, values: list[float]) -> Measurement:
+    speeds = np.linspace(0.5, 2.0, len(values))
+    rest = {"radius_equivalent": 9.525e-3, "slide_to_roll": 0.3, "temperature_oil": WARM, "roughness_rms": 1e-7}
+    return measured(load, 0.05, **{load: np.array(values)}, speed_entrainment=speeds, **rest)
 
 
 def test_pressure_of_a_ball_is_hertz() -> None:

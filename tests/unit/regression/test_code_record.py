@@ -66,7 +66,7 @@ def test_recordings_compute_the_same(function: Callable[[Any, Any], Any], x: lis
 
 def test_what_cannot_be_recorded_is_refused() -> None:
     x = record.argument("x")
-    for use, other in ((math.exp, ()), (bool, ()), (np.sum, ()), (np.add.reduce, ()), (np.heaviside, (0.5,))):
+    for use, other in ((math.exp, ()), (np.sum, ()), (np.add.reduce, ()), (np.heaviside, (0.5,))):
         with pytest.raises(NotRecordable):
             use(x, *other)
     for use in (lambda: x if x > 0.0 else -x, lambda: x * np.array([1.0, 2.0])):

@@ -1,25 +1,20 @@
 """The fit's bookkeeping: rows left out, folds, bands, intervals, refusals."""
 
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 from refusals import refuses
-from small_plans import gear_plan
+from small_plans import gear_plan, swept
 
-from ehl.common.validation import validate
-from regression.data.dataset import Dataset, load_dataset
+from regression.data.dataset import Dataset
 from regression.fitting import rows as rows_module
 from regression.fitting.coefficients import linear_fit
 from regression.fitting.cross_validation import cell_groups, fold_numbers
 from regression.fitting.fit import conformal_width, fit_families, fit_formula, interval_of, noise_floor, scores
 from regression.fitting.rows import usable_rows
-from regression.plan.plan import Plan
-from regression.sweeping.evaluators import published_outputs
-from regression.sweeping.sweep import sweep_shard
 
 PLAN = gear_plan(
     "fit", {"size": 64, "corners": True}, temperature_oil="80 degC", roughness_rms={"low": "0.2 um", "high": "0.6 um"}
@@ -28,10 +23,7 @@ PLAN = gear_plan(
 
 @pytest.fixture(scope="module")
 def dataset(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
-    run = tmp_path_factory.mktemp("fit")
-    evaluate = partial(published_outputs, name="arana_2019")
-    sweep_shard(validate(Plan, PLAN), run, evaluate=evaluate, version="arana_2019")
-    return load_dataset(run)
+    return swept(tmp_path_factory.mktemp("fit"), PLAN)
 
 
 def changed(dataset: Dataset, rows: list[int], **values: object) -> Dataset:

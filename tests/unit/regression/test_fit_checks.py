@@ -1,7 +1,6 @@
 """What a fit is checked with: gear paths, repeated realisations, several oils and boundary frictions, the networks."""
 
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -10,9 +9,8 @@ import pandas as pd
 import pytest
 from contacts import gear_state
 from refusals import refuses
-from small_plans import gear_plan
+from small_plans import gear_plan, swept
 
-from ehl.common.validation import validate
 from ehl.fluid.oil import Oil
 from ehl.state import ContactState
 from regression.data.dataset import Dataset, columns, load_dataset
@@ -27,20 +25,11 @@ from regression.friction.families import FAMILIES, SHORT
 from regression.friction.fitted import NETWORK, FittedFormula
 from regression.friction.models import FrictionFlag
 from regression.friction.oil_cards import card_hash, hashes_of_cards
-from regression.plan.plan import Plan
-from regression.sweeping.evaluators import published_outputs
-from regression.sweeping.sweep import sweep_shard
 
 PLAN = gear_plan("checks", {"size": 128, "corners": 16})
 
 
 LINEAR = {name: FAMILIES[name] for name in ("power_law", "xu")}
-
-
-def swept(folder: Path, name: str, **changes: Any) -> Dataset:
-    plan = validate(Plan, {**PLAN, **changes})
-    sweep_shard(plan, folder, evaluate=partial(published_outputs, name=name), version=name, jobs=1)
-    return load_dataset(folder)
 
 
 def of_short(data: Dataset) -> Dataset:
@@ -52,12 +41,12 @@ def of_short(data: Dataset) -> Dataset:
 
 @pytest.fixture(scope="module")
 def dataset(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
-    return swept(tmp_path_factory.mktemp("one"), "arana_2019")
+    return swept(tmp_path_factory.mktemp("one"), PLAN)
 
 
 @pytest.fixture(scope="module")
 def two_oils(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
-    return of_short(swept(tmp_path_factory.mktemp("two"), "arana_2019", lubricant={"oil": ["fva3", "75w90"]}))
+    return of_short(swept(tmp_path_factory.mktemp("two"), PLAN | {"lubricant": {"oil": ["fva3", "75w90"]}}))
 
 
 def state(**changes: Any) -> ContactState:
@@ -324,7 +313,7 @@ def test_cards_of_several_oils_cannot_be_told_apart_once_one_changed() -> None:
 @pytest.mark.usefixtures("little_training")
 def test_several_boundary_frictions_serve_a_family_that_takes_them(tmp_path: Path) -> None:
     variables = PLAN["variables"] | {"boundary_friction": [0.08, 0.10, 0.12]}
-    data = of_short(swept(tmp_path, "arana_2019", sampling={"size": 64}, variables=variables))
+    data = of_short(swept(tmp_path, PLAN | {"sampling": {"size": 64}, "variables": variables}))
     formula = fit_formula(data, "short")
     assert formula.boundary_friction_range == (0.08, 0.12)
     assert formula.validation.mape < 0.1

@@ -21,17 +21,8 @@ from ehl.common.data import data_path
 from ehl.common.errors import InputError
 from ehl.common.journal import SCHEMA as JOURNAL_SCHEMA
 from ehl.common.journal import Journal, header_of, read_rows
-from regression.data.result_files import (
-    NUMBER_UNITS,
-    SAME_RUN,
-    SCHEMA,
-    case_status,
-    cases_of_other_files,
-    merge,
-    read_file,
-    read_run,
-    table_of,
-)
+from regression.data import result_files
+from regression.data.result_files import SAME_RUN, SCHEMA, case_status, merge, read_file, read_run, table_of
 
 META: dict[str, str | int] = {
     "plan": "{}",
@@ -338,7 +329,7 @@ def test_a_file_of_another_kind_is_named(text: str, command: str, tmp_path: Path
     assert command in caught.value.hint
 
 
-NUMBERS = {name: float(i) for i, name in enumerate(NUMBER_UNITS)}
+NUMBERS = {name: float(i) for i, name in enumerate(result_files.NUMBER_UNITS)}
 MANY = [{**row(n), **{name: value + 1000.0 * n for name, value in NUMBERS.items()}} for n in range(400)]
 WRITTEN = {r["key"]: r for r in MANY}
 
@@ -433,5 +424,5 @@ def test_of_two_shards_the_one_with_a_result_counts(path: Path) -> None:
     frame = table_of(read_run(path.parent)[1])
     assert frame["status"].tolist() == ["converged"] * 3
     assert frame["friction_coefficient"].tolist() == [0.01, 0.02, 0.03]
-    others = cases_of_other_files(path)
+    others = result_files.cases_of_other_files(path)
     assert {key: entry[0] for key, entry in others.items()} == {row(2)["key"]: "failed", row(3)["key"]: "converged"}

@@ -5,14 +5,14 @@ Statistics are run on a friction law of one line in place of the contact solver;
 
 import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from calibration_stub import OneLineSolver
+from calibration_stub import OneLineSolver, measured, setup_with
 from scipy.stats import binom
 
 import regression.calibration.calibrate as calibrate_module
@@ -22,8 +22,6 @@ from ehl.result import ContactResult
 from ehl.solve import solve_contact
 from regression.calibration import prediction
 from regression.calibration.calibrate import (
-    MAX_MISFIT,
-    NO_MODEL,
     Calibration,
     MisfitTooLarge,
     ParameterEstimate,
@@ -39,34 +37,17 @@ SIGMA = 8e-4
 TRUTH = {"eyring_stress": 4e6, "boundary_friction": 0.12, "boundary_film": 30e-9}
 
 
-def setup_of(parameters: list[str], **changes: object) -> CalibrationSetup:
-    content: dict[str, object] = {
-        "oil": "fva3",
-        "parameters": parameters,
-        "specimens": {"geometry": "line"},
-        "noise": {"absolute": SIGMA},
-        "model": {"accuracy": "fast"},
-        **changes,
-    }
-    return CalibrationSetup.model_validate(content)
+def setup_of(parameters: Sequence[str], **changes: object) -> CalibrationSetup:
+    return setup_with(parameters, **{"specimens": {"geometry": "line"}, "noise": {"absolute": SIGMA}} | changes)
 
 
 def planned(pressures: list[float], slides: list[float], speeds: list[float]) -> Measurement:
     """Traction curves at each pressure, and one Stribeck curve."""
     rows = [(p, 2.0, s, f"traction {p:.2g}") for p in pressures for s in slides]
-    rows += [(1e9, u, 0.5, "stribeck") for u in speeds]
-    n = len(rows)
-    columns = {
-        "pressure_hertz": np.array([row[0] for row in rows]),
-        "speed_entrainment": np.array([row[1] for row in rows]),
-        "slide_to_roll": np.array([row[2] for row in rows]),
-        "radius_equivalent": np.full(n, 0.01),
-        "temperature_oil": np.full(n, 353.15),
-        "roughness_rms": np.full(n, 1e-7),
-    }
-    nothing = np.full(n, math.nan)
-    labels, numbers = tuple(r[3] for r in rows), tuple(range(2, n + 2))
-    return Measurement("synthetic.csv", "0" * 64, columns, "pressure_hertz", nothing, nothing, labels, numbers)
+    pressure, speed, slide, curves = zip(*rows, *((1e9, u, 0.5, "stribeck") for u in speeds), strict=True)
+    varied = {"pressure_hertz": pressure, "speed_entrainment": speed, "slide_to_roll": slide}
+    fixed = {"radius_equivalent": 0.01, "temperature_oil": 353.15, "roughness_rms": 1e-7}
+    return measured("pressure_hertz", curves=curves, **varied, **fixed)
 
 
 ROWS = planned([0.7e9, 1.1e9], [0.005, 0.01, 0.05, 0.3], [0.03, 0.06, 0.12, 0.25, 0.5, 1.0])
@@ -182,7 +163,7 @@ def test_wide_intervals_and_nothing_determined_beyond_a_credible_misfit(tmp_path
     for name in set(poor.fitted) & {"eyring_stress"}:
         sd = math.log(wide[name].interval_high / wide[name].interval_low) / 3.92
         assert card.uncertainty.eyring_stress == pytest.approx(max(sd, initial.uncertainty.eyring_stress), rel=1e-3)
-    hopeless = replace(poor, misfit=NO_MODEL * poor.misfit / poor.misfit_share * 1.01)
+    hopeless = replace(poor, misfit=calibrate_module.NO_MODEL * poor.misfit / poor.misfit_share * 1.01)
     with pytest.raises(MisfitTooLarge) as caught:
         hopeless.save_card(tmp_path / "hopeless.toml")
     assert caught.value.exit_code == 1
@@ -195,7 +176,7 @@ def test_without_a_stated_noise_the_misfit_is_judged_by_the_friction() -> None:
     setup = setup_of(list(TRUTH), noise={})
     clean = made(ROWS, setup, TRUTH, np.zeros(ROWS.size))
     draw = np.random.default_rng(8).standard_normal(ROWS.size)
-    for share, credible in ((0.3 * MAX_MISFIT, True), (3.0 * MAX_MISFIT, False)):
+    for share, credible in ((0.3 * calibrate_module.MAX_MISFIT, True), (3.0 * calibrate_module.MAX_MISFIT, False)):
         found = calibrate(replace(clean, friction=clean.friction * (1.0 + share * draw)), setup)
         assert found.misfit_credible is credible
     assert math.isnan(found.noise_stated)

@@ -1,36 +1,26 @@
 """Does the fit find what is known to be in the data, and are its error bars right?"""
 
-from functools import partial
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy.stats import qmc
-from small_plans import gear_plan
+from small_plans import gear_plan, swept
 
-from ehl.common.validation import validate
 from ehl.fluid.oil import Oil
 from ehl.state import ContactState
-from regression.data.dataset import Dataset, load_dataset
+from regression.data.dataset import Dataset
 from regression.fitting.coefficients import linear_fit
 from regression.fitting.fit import fit_formula
 from regression.friction.conditions import conditions_of
 from regression.friction.families import XU
 from regression.friction.published import XU_COEFFICIENTS
-from regression.plan.plan import Plan
 from regression.plan.sampling import to_range
-from regression.sweeping.evaluators import published_outputs
-from regression.sweeping.sweep import sweep_shard
 
 PLAN = gear_plan("recovery", {"size": 128, "seed": 2}, roughness_rms={"low": "0.2 um", "high": "0.6 um"})
 
 
 @pytest.fixture(scope="module")
 def xu_data(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
-    run: Path = tmp_path_factory.mktemp("recovery")
-    evaluate = partial(published_outputs, name="xu_kahraman_2007")
-    sweep_shard(validate(Plan, PLAN), run, evaluate=evaluate, version="xu_kahraman_2007")
-    return load_dataset(run)
+    return swept(tmp_path_factory.mktemp("recovery"), PLAN, "xu_kahraman_2007")
 
 
 def _design() -> np.ndarray:
