@@ -32,7 +32,6 @@ HELD_OUT = {
 
 def shipped(name: str) -> Formula:
     model = friction_model(name)
-    assert isinstance(model, Formula)
     assert model.name == name
     return model
 
@@ -42,7 +41,6 @@ def test_formula_belongs_to_the_oil_card(name: str) -> None:
     """And its held-out error is that measured at the fit, rounded up."""
     formula = shipped(name)
     for oil in formula.oils:
-        assert oil.name is not None
         assert oil.card_hash == card_hash(Oil.load(oil.name)), "the card changed: sweep and fit again"
     oils = {"75w90", "fva3", "eaxle", "80w90", "pao220", "pg_0_1"} if name == ANY_OIL else {name.removesuffix("_short")}
     assert {oil.name for oil in formula.oils} == oils

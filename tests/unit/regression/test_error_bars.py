@@ -10,14 +10,8 @@ import pytest
 from scipy.signal import lfilter
 
 from ehl.uncertainty.spread import UncertaintyInput
-from regression.calibration import robust
-from regression.calibration.determination import (
-    MAX_PROFILE,
-    ParameterInterval,
-    _Side,
-    determination_of,
-    intervals_by_errors,
-)
+from regression.calibration import determination, robust
+from regression.calibration.determination import ParameterInterval, _Side, determination_of, intervals_by_errors
 from regression.calibration.search import Fit, Target
 from regression.fitting.coefficients import _nonlinear_fit
 from regression.fitting.fit import _width_of_oils_left_out, _with_noise, interval_of, ratio_of_means
@@ -123,7 +117,7 @@ def test_means_over_sixteen_profiles_scatter_by_a_quarter(monkeypatch: pytest.Mo
 def test_end_of_a_profile_whose_root_is_a_power_of_the_step(first: float, power: float) -> None:
     """The root is (step/0.3)^power, and 1.96 at the end; a root that stays small gives no end."""
     side, flat = _Side(0, 1.0, first, 10.0), _Side(0, 1.0, first, 10.0)
-    for _ in range(MAX_PROFILE):
+    for _ in range(determination.MAX_PROFILE):
         if not side.done:
             side.root = (side.size / 0.3) ** power
             side.follow(1.96)
