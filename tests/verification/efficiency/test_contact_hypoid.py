@@ -187,7 +187,7 @@ def test_undercut_is_told_and_leaves_no_gap_in_the_numbers() -> None:
 
 @pytest.mark.parametrize("name", [*HYPOIDS, "fh_spiral_bevel_12x37"])
 def test_teeth_and_backlash_fill_the_normal_pitch(name: str) -> None:
-    """Both teeth and the backlash over cos(alpha) on the pitch cones: the normal pitch of the gear at its mean point."""
+    """Both teeth and the backlash over cos(alpha) on the pitch cones: the normal pitch of the gear."""
     design = load_design(name)
     at = np.zeros(1)
     blank = design.gear.blank
