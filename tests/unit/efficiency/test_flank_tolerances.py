@@ -1,6 +1,7 @@
 """Flank tolerances of a grade: a tolerance of ISO 1328-1:2013 is two standard deviations."""
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ def test_two_standard_deviations_are_the_tolerance(grade: int) -> None:
     design, module = load_design("fh_hypoid_9x34"), 4.0
     blanks = design.pinion.blank, design.gear.blank
     # ISO 1328-1:2013, um, of module, reference diameter and face width in mm
-    laws = {
+    laws: dict[str, Callable[[float, float], float]] = {
         "profile_slope": lambda d, b: 0.4 * module + 0.001 * d + 4.0,
         "profile_crowning": lambda d, b: 0.55 * module + 5.0,
         "lengthwise_slope": lambda d, b: 0.05 * math.sqrt(d) + 0.35 * math.sqrt(b) + 4.0,

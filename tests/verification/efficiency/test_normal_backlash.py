@@ -38,7 +38,7 @@ def test_conjugate_teeth_have_the_thickness_of_iso_23509(name: str) -> None:
     """Without ease-off, at the calculation point; a thickness reduced by j_mn itself would be 7 to 10 um larger."""
     inputs = load_targets(name)
     none = dict.fromkeys(("crowning_toe", "crowning_heel", "relief_root", "relief_tip"), 0.0)
-    wanted = {side: getattr(inputs.targets, side).model_copy(update=none) for side in SIDES}
+    wanted = {str(side): getattr(inputs.targets, side).model_copy(update=none) for side in SIDES}
     update = {
         "cutting": inputs.cutting.model_copy(update={"pinion": "conjugate"}),
         "targets": inputs.targets.model_copy(update=wanted),
