@@ -271,7 +271,7 @@ class AssemblyInput(InputModel):
     # distance of the axes [m]; 0 for a spiral bevel pair, positive if it increases the spiral angle of the pinion
     hypoid_offset: Annotated[float, ValueRange("m", ge=-0.5, le=0.5)] = 0.0
     drive_flank_pinion: FlankSide = "concave"  # loaded pinion flank on the drive side
-    normal_backlash: Depth = 0.0  # backlash along the normal [m]
+    normal_backlash: Depth = 0.0  # backlash normal to the flanks at the mean point [m]
     misalignment: Misalignment = Misalignment()  # misalignment without load
     deflection: Deflection = Deflection()  # stated displacements under load
     flank_deviation: FlankDeviation = FlankDeviation()  # of the flanks in contact from their design

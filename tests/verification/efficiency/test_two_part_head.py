@@ -160,8 +160,8 @@ def test_mean_thickness_is_that_of_the_blank(pairs: dict[str, Design], pair: str
         for member in ("gear", "pinion")
     )
     assert gear == pytest.approx(wanted.gear.mean_normal_thickness, rel=1e-6)
-    # touching flanks against the fit on the whole of both
-    assert pinion == pytest.approx(wanted.pinion.mean_normal_thickness, abs=5e-6)
+    # touching flanks against the fit on the whole of both; the ease-off thins the tooth at the pitch cone
+    assert pinion == pytest.approx(wanted.pinion.mean_normal_thickness, abs=8e-6)
 
 
 def test_hypoid_from_targets(hypoid: SettingsResult) -> None:
