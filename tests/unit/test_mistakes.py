@@ -151,8 +151,11 @@ TRACTION, SETUP_FILE = (str(ROOT / "docs/examples" / name) for name in ("synthet
 # right options of a command, and (option, what the user wrote)
 OPTIONS: dict[str, tuple[tuple[Any, ...], dict[str, str], list[tuple[str, str]]]] = {
     "mu": (("mu", "75w90"), POINT, [
-        ("--setup", "none.toml"), ("--output", "x.csv"), ("--plot", "x.xls"), ("--report", "x.txt"), ("--jobs", "0"),
-        ("--fit", "eyring_stres"), ("--oil", "fva33"), ("--seed", "-1"),
+        ("--pressure", "1.2 MN"), ("--pressure", "12 Pa"), ("--radius", "15"), ("--radius", "-15 mm"),
+        ("--speed", "5 rpm"), ("--speed", "0 m/s"), ("--slide-to-roll", "20 m"), ("--slide-to-roll", "nan"),
+        ("--temperature", "90"), ("--temperature", "900 degC"), ("--roughness-rms", "0.4 mm"), ("--lengthwise", "5 m"),
+        ("--roughness-rms", "rough"), ("--finish", "grinded"), ("--oil", "fva33"), ("--correlation-length", "5 km"),
+        ("--peklenik-number", "0"), ("--boundary-friction", "2"), ("--hull", "none.h5"),
     ]),
     "gear": (("gear", PAIR), {}, [
         ("--torque", "300"), ("--torque", "300 rpm"), ("--torque", "nan N m"), ("--speed", "1500"),
@@ -215,7 +218,7 @@ OPTIONS: dict[str, tuple[tuple[Any, ...], dict[str, str], list[tuple[str, str]]]
         ("--units", "si"),
     ]),
     "export formula": (("export", "75w90"), {"--output": "mu.py"}, [
-        ("--language", "pyton"), ("--output", "no/where/mu.py"), ("--oil", "75w91"), ("--output", "my-friction.c"),
+        ("--language", "pyton"), ("--rows", "3"), ("--units", "inch"), ("--oil", "75w91"), ("--output", "my-friction.c"),
         ("--oil", "fva3"), ("--what", "grid"), ("--member", "pinion"),
     ]),
     "correct": (("correct", PAIR, "none.csv"), {}, [
@@ -238,7 +241,7 @@ OPTIONS: dict[str, tuple[tuple[Any, ...], dict[str, str], list[tuple[str, str]]]
         ("--dask", "local:x"), ("--check-friction", "75w90"),
     ]),
     "fit": (("fit", "gear_fva3_noise"), {"--output": "f.json"}, [
-        ("--family", "shrot"), ("--output", "no/where/f.json"), ("--output", "f.toml"), ("--paths", "none"),
+        ("--family", "shrot"), ("--output", "f.toml"), ("--paths", "none"),
         ("--noise", "none"), ("--plot", "x.xls"), ("--report", "x.pdf"), ("--noise", "gear_75w90_noise"),
         ("--paths", "gear_75w90_paths"), ("--output", "."), ("--report", "f.json"), ("--report", "none/fit.html"),
     ]),
