@@ -243,7 +243,7 @@ OPTIONS: dict[str, tuple[tuple[Any, ...], dict[str, str], list[tuple[str, str]]]
     "fit": (("fit", "gear_fva3_noise"), {"--output": "f.json"}, [
         ("--family", "shrot"), ("--output", "f.toml"), ("--paths", "none"),
         ("--noise", "none"), ("--plot", "x.xls"), ("--report", "x.pdf"), ("--noise", "gear_75w90_noise"),
-        ("--paths", "gear_75w90_paths"), ("--output", "."), ("--report", "f.json"), ("--report", "none/fit.html"),
+        ("--paths", "gear_75w90_paths"), ("--output", "."), ("--report", "f.json"),
     ]),
     "fit names": (("fit", "--output", "f.json"), {}, [
         (f"{ROOT}/data/plans/demo.toml", "--corners"), (f"{ROOT}/data/oils/75w90.toml", "--corners"),
