@@ -354,7 +354,10 @@ def _nonlinear_fit(
     scaled = jacobian[:, free] / scale
     # the residuals of mu and of its parts in one case are dependent: sandwich estimator with the cases as clusters
     cases, covariance = target.size, np.linalg.pinv(scaled.T @ scaled)
-    score = (residual(x)[:, None] * scaled).reshape(-1, cases, free.size).sum(axis=0) @ covariance
+    # SciPy returns the Jacobian of soft_l1 times (1 + z)^-3/4, z = (r/C)^2; the score is r (1 + z)^-1/2 dr/dk
+    left = residual(x)
+    pull = left * (1.0 + (left / _OUTLIER) ** 2) ** 0.25
+    score = (pull[:, None] * scaled).reshape(-1, cases, free.size).sum(axis=0) @ covariance
     errors = np.sqrt(cases / max(cases - free.size, 1) * np.sum(score**2, axis=0)) / scale
     return Coefficients(
         {term: float(v) for term, v in zip(terms, x, strict=True)},
