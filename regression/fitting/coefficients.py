@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.threads import one_thread
 from regression.data.dataset import columns
-from regression.fitting.rows import boundary_friction_of, computed_friction
+from regression.fitting.rows import NORMAL_90, boundary_friction_of, computed_friction
 from regression.friction.conditions import GROUPS, Array
 from regression.friction.families import Family
 from regression.friction.fitted import FittedFormula, friction_of_form
@@ -73,7 +73,7 @@ def train(
         x = (inputs - np.array(network.mean)) / np.array(network.scale)
     plain = share * boundary_friction + film
     # relative to the closed form, so that profiles with high friction do not have a smaller error
-    deviation = np.sqrt(_SCATTER**2 + (error * mu / plain / 1.645) ** 2)
+    deviation = np.sqrt(_SCATTER**2 + (error * mu / plain / NORMAL_90) ** 2)
     known = error <= MAX_ERROR
     problem = _Problem(
         x[known],
