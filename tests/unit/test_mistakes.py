@@ -218,8 +218,8 @@ OPTIONS: dict[str, tuple[tuple[Any, ...], dict[str, str], list[tuple[str, str]]]
         ("--units", "si"),
     ]),
     "export formula": (("export", "75w90"), {"--output": "mu.py"}, [
-        ("--language", "pyton"), ("--rows", "3"), ("--units", "inch"), ("--oil", "75w91"), ("--output", "my-friction.c"),
-        ("--oil", "fva3"), ("--what", "grid"), ("--member", "pinion"),
+        ("--language", "pyton"), ("--rows", "3"), ("--units", "inch"), ("--oil", "75w91"),
+        ("--output", "my-friction.c"), ("--oil", "fva3"), ("--what", "grid"), ("--member", "pinion"),
     ]),
     "correct": (("correct", PAIR, "none.csv"), {}, [
         ("--order", "3"), ("--uncertainty", "1"),
