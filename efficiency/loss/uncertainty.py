@@ -134,7 +134,8 @@ def efficiency_uncertainty(
     solved: for a model with solved contacts: solve some at both ends of every input instead of using a formula.
     Raises `InputError` if the level is not between 0 and 1.
     """
-    warm, spreads = operation.temperature_inlet is not None, spreads or operation.uncertainty
+    warm, spreads = operation.temperature_inlet is not None, operation.uncertainty if spreads is None else spreads
+    spreads = spreads.with_surface_of(operation.uncertainty)
     if operation.temperature_inlet is not None:
         spreads = spreads.of_bulk(bulk_spread(operation.temperature_inlet - operation.temperature))
     sample = LossSample.of(points, friction)

@@ -116,7 +116,13 @@ def uncertain_inputs(
     bulk = ("temperature_bulk_1", "temperature_bulk_2", *(("temperature_oil",) if warm_inlet else ()))
     found = [entry(name, name, of_oil(name)) for name in VARIABLES]
     found += [entry(name, "roughness_rms", of_state(*fields)) for name, fields in both]
-    found += [entry(name, name, of_state(name)) for name in ("correlation_length", "peklenik_number")]
+    found.append(entry("correlation_length", "correlation_length", of_state("correlation_length")))
+
+    def laid(case: Case, _: Spread, z: float) -> Case:
+        length, gamma = spreads.lay_moved(case[1].correlation_length, case[1].peklenik_number, z)
+        return case[0], replace(case[1], correlation_length=length, peklenik_number=gamma), case[2]
+
+    found.append(entry("peklenik_number", "peklenik_number", laid))
     mu_b = boundary_friction_of(model)
     if np.isfinite(mu_b):
         found.append(entry("boundary_friction", "boundary_friction", of_model("boundary_friction", mu_b, 0.0, 1.0)))
