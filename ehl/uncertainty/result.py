@@ -69,6 +69,8 @@ def combined(changes: Sequence[Change]) -> tuple[FloatArray, FloatArray]:
 Together = Callable[[Sequence[Mapping[str, float]]], Sequence[float]]
 
 
+# tuned: 89 to 94 % of random draws of all inputs lie in the interval of a contact (docs/uncertainty.md); more repeats
+# cost more and give wider intervals
 STEP = 0.25  # of a score for the derivatives at an end, in units of the score of the level
 SMALL = 0.1  # of the root sum of squares: inputs with smaller changes keep their first score
 WEIGHTS = (1.0, 0.5)  # of the steepest direction in those tried, the rest is the first direction
@@ -136,7 +138,7 @@ class UncertaintySource:
     # the result with this input at the lower and upper end of its interval
     below: float
     above: float
-    share: float  # share of the squared width of the interval [-]
+    share: float  # of the sum of the squared changes by single inputs, over both ends [-]
     note: str  # source of spread and change
 
     @property
