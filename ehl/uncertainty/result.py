@@ -69,8 +69,8 @@ def combined(changes: Sequence[Change]) -> tuple[FloatArray, FloatArray]:
 Together = Callable[[Sequence[Mapping[str, float]]], Sequence[float]]
 
 
-# tuned: 89 to 94 % of random draws of all inputs lie in the interval of a contact (docs/uncertainty.md); more
-# directions cost more and give wider intervals
+# tuned: 89 to 94 % of random draws of all inputs lie in the interval of a contact (docs/uncertainty.md); more repeats
+# cost more and give wider intervals
 STEP = 0.25  # of a score for the derivatives at an end, in units of the score of the level
 SMALL = 0.1  # of the root sum of squares: inputs with smaller changes keep their first score
 WEIGHTS = (1.0, 0.5)  # of the steepest direction in those tried, the rest is the first direction
