@@ -518,13 +518,14 @@ def test_oils_without_a_viscosity_are_refused(name: str, constant: str, mixed_eh
     refused(mixed_ehl("oil", case(tmp_path, card.replace(old, f"{name} = {constant}"))))
 
 
-def test_texts_of_other_encodings_are_refused(tmp_path: Path) -> None:
-    path = tmp_path / "latin.csv"
-    path.write_bytes("Öl".encode("latin-1"))
+@pytest.mark.parametrize("encoding", ["latin-1", "utf-8-sig", "utf-16"])
+def test_texts_of_other_encodings_are_read(encoding: str, tmp_path: Path) -> None:
+    path = tmp_path / "text.csv"
+    path.write_bytes("Öl; 90 °C".encode(encoding))
+    assert read_text(path, "file", "a text") == "Öl; 90 °C"
+    path.write_bytes(b"0" + path.read_bytes() + b"\x00\x01")
     with pytest.raises(InputError):
         read_text(path, "file", "a text")
-    path.write_bytes("\ufeffÖl".encode())
-    assert read_text(path, "file", "a text") == "Öl"
 
 
 def test_no_duration_comes_from_a_clock_that_jumps() -> None:

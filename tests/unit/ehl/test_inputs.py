@@ -79,7 +79,7 @@ def test_bad_input_names_its_field(change: Callable[[dict[str, Any]], object], f
     assert not re.search(r"Input should|instance of|Input tag|\.card|\.direct", str(caught.value))
 
 
-@pytest.mark.parametrize("content", [b"\xff\xfe", b"[contact", b"contact = 1\ncontact = 2", None, "folder"])
+@pytest.mark.parametrize("content", [b"a = 1\x00\x01", b"[contact", b"contact = 1\ncontact = 2", None, "folder"])
 def test_unreadable_files(tmp_path: Path, content: bytes | str | None) -> None:
     path = tmp_path if content == "folder" else tmp_path / "case.toml"
     if isinstance(content, bytes):

@@ -218,15 +218,15 @@ def test_noise_stands_beside_the_errors(dataset: Dataset) -> None:
     assert fit_formula(dataset, "power_law").noise is None
 
 
-@pytest.mark.parametrize(("profiles", "expected"), [(16, (0.5, 0.75)), (1, (0.8, 1.2))])
+@pytest.mark.parametrize(("points", "profiles", "expected"), [(60, 16, (0.5, 0.75)), (240, 1, (0.85, 1.15))])
 def test_interval_of_means_over_profiles_is_narrower(
-    dataset: Dataset, profiles: int, expected: tuple[float, float]
+    dataset: Dataset, points: int, profiles: int, expected: tuple[float, float]
 ) -> None:
     """Friction with a scatter of 15 % by the profile; a mean over 16 keeps a quarter; the formula errs as well."""
     random = np.random.default_rng(8)
     scattered = dataset.frame["friction_coefficient"] * np.exp(0.15 * random.standard_normal(len(dataset.frame)))
     plain = replace(dataset, frame=dataset.frame.assign(friction_coefficient=scattered))
-    frame = pd.concat([dataset.frame[dataset.frame["origin"] != "corner"][:60]] * profiles, ignore_index=True)
+    frame = pd.concat([dataset.frame[dataset.frame["origin"] != "corner"][:points]] * profiles, ignore_index=True)
     frame["seed"] = np.arange(len(frame))
     frame["key"] = [f"{number:064x}" for number in range(len(frame))]
     frame["friction_coefficient"] *= np.exp(0.15 * random.standard_normal(len(frame)))
