@@ -25,20 +25,22 @@ def answer(used: np.ndarray) -> np.ndarray:
 
 
 def test_mixing_settles_where_plain_rounds_do_not():
-    mixer, plain = Mixer(Offset(X, np.zeros_like(X))), np.zeros_like(X)
-    first = answer(mixer.used.values)
+    mixer, plain = Mixer(Offset.of(X, np.zeros_like(X))), np.zeros_like(X)
+    first = answer(mixer.used.rows[0])
     for k in range(25):
-        mixer.follow(Offset(X, answer(mixer.used.values)))
+        found = answer(mixer.used.rows[0])
+        mixer.follow(Offset.of(X, found, np.array([0.1 * found, 0.3 * found])))
         plain = answer(plain)
         if k == 0:
-            np.testing.assert_allclose(mixer.used.values, RELAXATION * first)
+            np.testing.assert_allclose(mixer.used.rows[0], RELAXATION * first)
         if k == 2:
             half, moved = copy.deepcopy(mixer), mixer.on_nodes(np.linspace(-2.0, 1.0, 61))
             half.halve()
-            np.testing.assert_allclose(half.used.values, 0.5 * (mixer._before[0] + mixer.used.values))
-            np.testing.assert_allclose(moved.used.values[::2], mixer.used.values)
-            np.testing.assert_allclose([s[1][::2] for s in moved._secants], [s[1] for s in mixer._secants])
-    np.testing.assert_allclose(answer(mixer.used.values), mixer.used.values, atol=1e-8)
+            np.testing.assert_allclose(half.used.rows, 0.5 * (mixer._before[0] + mixer.used.rows))
+            np.testing.assert_allclose(moved.used.rows[:, ::2], mixer.used.rows, atol=1e-15)
+            np.testing.assert_allclose([s[1][:, ::2] for s in moved._secants], [s[1] for s in mixer._secants])
+    np.testing.assert_allclose(answer(mixer.used.rows[0]), mixer.used.rows[0], atol=1e-8)
+    np.testing.assert_allclose(mixer.used.rows[2], 0.3 * mixer.used.rows[0], atol=1e-8)
     assert np.abs(answer(plain) - plain).max() > 1e-2
     assert len(mixer._secants) == MEMORY - 1
 

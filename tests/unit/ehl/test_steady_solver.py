@@ -85,15 +85,15 @@ def test_offset_of_the_log_viscosity():
         scaled = dataclasses.replace(scaling.scaled_contact(contact(), oil), offset=offset)
         return numbers_of(solve_level(level.grid, scaled, level.unknowns), shear)
 
-    plain, nothing = numbers(barus, None), numbers(barus, scaling.Offset(x, np.zeros_like(x)))
+    plain, nothing = numbers(barus, None), numbers(barus, scaling.Offset.of(x, np.zeros_like(x)))
     assert nothing.film_min == pytest.approx(plain.film_min, rel=1e-9)
     # a constant offset is another inlet viscosity for Barus
-    cooler = numbers(barus, scaling.Offset(x, np.full_like(x, 0.4)))
+    cooler = numbers(barus, scaling.Offset.of(x, np.full_like(x, 0.4)))
     same = numbers(dataclasses.replace(barus, viscosity_inlet=0.02 * math.exp(0.4)), None)
     assert cooler.film_central == pytest.approx(same.film_central, rel=1e-8)
     assert cooler.pressure_max == pytest.approx(same.pressure_max, rel=1e-8)
     # heat that thins the oil behind the inlet changes friction, hardly the film
-    local = numbers(barus, scaling.Offset(x, -1.0 / (1.0 + np.exp(-(x + 0.5) / 0.1))))
+    local = numbers(barus, scaling.Offset.of(x, -1.0 / (1.0 + np.exp(-(x + 0.5) / 0.1))))
     assert local.friction < 0.95 * plain.friction
     assert local.film_central == pytest.approx(plain.film_central, rel=0.02)
 
