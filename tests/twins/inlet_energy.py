@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable
 
 import numpy as np
+from scipy.linalg import solve_banded
 
 LAYERS = 61
 
@@ -63,3 +64,25 @@ def gradient(
         if np.abs(change).max() < 1e-7:
             return float(found[0] * unit[0])
     raise AssertionError("no balance of the layers")
+
+
+def flow_rises(
+    x: np.ndarray, film: np.ndarray, heat: np.ndarray, rolling: float, capacity: float, conductivity: float
+) -> np.ndarray:
+    """Rise by the heat of the pressure-driven flow with convection: its mean, and with the weight 12 (y/h)^2.
+
+    rho c u dT/dx = k d2T/dy2 + 12 (q/h) (y/h)^2, with the parabolic velocity of the flow and no reversed flow.
+    """
+    y = np.linspace(-0.5, 0.5, LAYERS)
+    weights = np.full(LAYERS, y[1] - y[0])
+    weights[[0, -1]] *= 0.5
+    rise, found = np.zeros(LAYERS), np.zeros((x.size, 2))
+    for i in range(1, x.size):
+        speed = np.maximum(rolling * (1.0 - 1.5 * (1.0 - film[-1] / film[i]) * (1.0 - 4.0 * y**2)), 0.0)
+        carried, through = capacity * speed / (x[i] - x[i - 1]), conductivity / (film[i] * (y[1] - y[0])) ** 2
+        band, right = np.zeros((3, LAYERS)), carried * rise + 12.0 * heat[i] / film[i] * y**2
+        band[0, 2:], band[1], band[2, :-2] = -through, carried + 2.0 * through, -through
+        band[1, [0, -1]], right[[0, -1]] = 1.0, 0.0
+        rise = solve_banded((1, 1), band, right)
+        found[i] = weights @ rise, 12.0 * weights @ (y**2 * rise)
+    return found

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from contacts import hot_oil, line_contact
 from scipy.integrate import quad
-from twins.inlet_energy import gradient
+from twins.inlet_energy import flow_rises, gradient
 
 from ehl.fluid._kernels import log_mobility
 from ehl.fluid.lubricant import FilmConductivity, Lubricant
+from ehl.heat._kernels import flow_heat
 from ehl.heat.traction import FilmTemperature, film_temperature, flow_shares
 
 RADIUS, GAP, ROLLING = 15e-3, 1.2e-6, 5.0
@@ -101,3 +102,22 @@ def test_pressure_gradient_of_a_hot_inlet(sliding: float, across: bool, eyring: 
             across, oil.thermal_conductivity, oil.temperature,
         )  # fmt: skip
         assert slope[i] == pytest.approx(twin, rel=tolerance)
+
+
+@pytest.mark.parametrize(("gap", "rolling"), [(1e-6, 8.0), (2e-6, 12.0)])
+def test_heat_of_the_flow_with_convection(gap: float, rolling: float) -> None:
+    """Inlet of a Hertz contact up to the reduced pressure 0.93; thermal loading 0.35 and 1.4."""
+    half, radius, alpha, k, capacity = 0.15e-3, 20e-3, 18e-9, 0.14, 1.8e6
+    x = np.linspace(-2e-3, -half, 2001)
+    away = -x / half
+    root = np.sqrt(np.maximum(away**2 - 1.0, 0.0))
+    film = gap + half**2 / (2.0 * radius) * (away * root - np.log(away + root))
+    reduced = np.cumsum((film - gap) / film**3)
+    pressure = -np.log1p(-0.93 * reduced / reduced[-1]) / alpha
+    heat = rolling * (film - gap) * np.gradient(pressure, x)
+    mean, flow = flow_rises(x, film, heat, rolling, capacity, k).T
+    length = capacity * rolling * gap * film / (12.0 * k)
+    mine = flow_heat(x, pressure, film, np.ones(x.size), length, rolling) * film / k
+    inside = (pressure > 0.01e9) & (pressure < 0.1e9)
+    np.testing.assert_allclose(mine[inside] / 20.0, mean[inside], rtol=0.04)
+    np.testing.assert_allclose(mine[inside] / 28.0, flow[inside], rtol=0.1)
