@@ -73,7 +73,7 @@ def test_inlet_heating_in_pure_rolling_against_published_factors(speed):
     # two fits that conduct the heat where it is freed; the film carries it on, which thins it by 2.5 % more at 20 m/s
     loading = thermal_loading(line, lubricant)
     assert result.film_reduction == pytest.approx(murch_wilson_1975(loading), rel=0.04)
-    # Zhu and Cheng 1984, without sliding
+    # Zhu and Cheng (unverified), without sliding
     assert result.film_reduction == pytest.approx(1.0 / (1.0 + 0.213 * loading**0.64), rel=0.05)
     assert result.film_reduction < 0.98
 
