@@ -366,12 +366,15 @@ class Contact(InputModel):
         from ehl.uncertainty.spread import UncertaintyInput
 
         given, surface = spreads or UncertaintyInput(), self.surface
+        texture = ("correlation_length", "peklenik_number")
+        known = {name: getattr(surface, name) for name in texture if name in surface.model_fields_set}
         if surface.finish is not None:
             made = {"finish": surface.finish, "finish_state": surface.finish_state}
-            own = [rms for rms in (surface.roughness_rms_1, surface.roughness_rms_2) if rms > 0.0]
-            given = given.of_surface(**made, roughness_rms=own[0] if own else None, additive=surface.additive)
+            own = [getattr(surface, name) for name in case_inputs.EACH_RMS if name in surface.model_fields_set]
+            known["roughness_rms"] = next((rms for rms in own if rms > 0.0), None)
+            given = given.of_surface(**made, **known, additive=surface.additive)
         else:
-            given = given.of_surface(roughness_rms=1e-6, additive=surface.additive)
+            given = given.of_surface(**known, roughness_rms=1e-6, additive=surface.additive)
         oil = Oil.load(self.lubricant.oil) if isinstance(self.lubricant, OilLubricant) else None
         return contact_uncertainty(self.problem(), _friction_of, given, oil, level, jobs)
 

@@ -92,13 +92,16 @@ def moes_film(viscosity: Values, speed: Values, load: Values, radius: Values, mo
     return film
 
 
-def wilson_gupta_1992(loading: Values, slide_to_roll: Values) -> Values:
-    """Film factor 1/(1 + 0.1 (1 + 14.8 |SR|^0.83) L^0.64) of inlet heating with sliding (Murch-Wilson/Gupta; found).
+def gupta_1992(loading: Values, slide_to_roll: Values) -> Values:
+    """Film factor 1/(1 + 0.213 (1 + 2.23 |SR|^0.83) L^0.64) of inlet heating (Gupta et al. 1992, as quoted).
+
+    Its numerator 1 - 13.2 (p_h/E') L^0.42 is omitted: without it the factor is -14 to +9 % from 64 films solved with
+    heat (two oils, 60 and 90 degC, 0.6 and 1.2 GPa, 4 and 12 m/s, SR 0.02 to 1).
 
     loading: L = eta0 beta u_r^2/k [-].
     slide_to_roll: SR [-].
     """
-    factor: Values = 1.0 / (1.0 + 0.1 * (1.0 + 14.8 * abs(slide_to_roll) ** 0.83) * loading**0.64)
+    factor: Values = 1.0 / (1.0 + 0.213 * (1.0 + 2.23 * abs(slide_to_roll) ** 0.83) * loading**0.64)
     return factor
 
 

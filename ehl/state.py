@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -110,6 +111,10 @@ class ContactState:
 
         ranges = ", ".join(f"{field.name} {span(getattr(self, field.name))}" for field in fields(self))
         return f"ContactState({self.size} points: {ranges})"
+
+    def at(self, points: Any) -> ContactState:
+        """The state at some of the points, by an index of NumPy."""
+        return ContactState(**{field.name: getattr(self, field.name)[points] for field in fields(self)})
 
     @property
     def size(self) -> int:

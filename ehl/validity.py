@@ -221,13 +221,14 @@ def _limits_of_heat(result: ContactResult, problem: ContactProblem) -> Iterator[
         return
     share = result.friction_fluid / result.friction_coefficient if result.friction_coefficient > 0.0 else 0.0
     film = smooth.film_central
-    carried = carried_shear_heat(line, problem.lubricant, film, film / isothermal.film_central)
+    thinning = film / isothermal.film_central
+    carried = carried_shear_heat(line, problem.lubricant, film, thinning)
     note = ""
     if carried.friction_change > NOTED:
         note = (
-            f"film Peclet number {carried.peclet_film:.2g}: convection of shear heat in the film is neglected; it "
-            f"changes smooth friction by at most about {100.0 * carried.friction_change:.2g} % and the smooth film "
-            f"by {100.0 * carried.film_change:.2g} %"
+            f"convection of shear heat in the film is neglected (film Peclet number {carried.peclet_film:.2g}, film "
+            f"{thinning:.2g} of the isothermal one): it changes smooth friction by at most about "
+            f"{100.0 * carried.friction_change:.2g} % and the smooth film by {100.0 * carried.film_change:.2g} %"
         )
     yield Limit(note, share * carried.friction_change, carried.film_change)
     speeds = zip((line.speed_1, line.speed_2), problem.bodies, strict=True)

@@ -1,4 +1,7 @@
-"""A friction law of one line in place of the contact solver, so that statistics of calibration take seconds."""
+"""A friction law of one line in place of the contact solver, so that statistics of calibration take seconds.
+
+Setups and measurements in memory.
+"""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -9,8 +12,9 @@ from numpy.typing import NDArray
 
 from ehl.fluid.oil import Oil
 from ehl.line_contact import moes_1992
+from regression.calibration.measurement import Measurement
 from regression.calibration.prediction import FrictionSolver, FrozenFilm
-from regression.calibration.setup import card_with, lubricant_of
+from regression.calibration.setup import CalibrationSetup, card_with, lubricant_of
 
 Array = NDArray[np.float64]
 
@@ -42,3 +46,17 @@ class OneLineSolver(FrictionSolver):
                 self.films = dict(enumerate(films))
         self.calls += len(sets) * self.roughness.size
         return out
+
+
+def setup_with(parameters: Sequence[str], **changes: object) -> CalibrationSetup:
+    """Setup of a point contact, fast."""
+    content = {"oil": "fva3", "specimens": {"geometry": "point"}, "model": {"accuracy": "fast"}}
+    return CalibrationSetup.model_validate(content | {"parameters": list(parameters)} | changes)
+
+
+def measured(load: str, /, friction: float = math.nan, curves: Sequence[str] = (), **columns: Any) -> Measurement:
+    """Rows of a table; a single number of a column is that of all rows."""
+    values = dict(zip(columns, map(np.array, np.broadcast_arrays(*columns.values())), strict=True))
+    n = values[load].size
+    rows = np.full(n, friction), np.full(n, math.nan), tuple(curves) or ("a",) * n, tuple(range(2, n + 2))
+    return Measurement("made.csv", "0" * 64, values, load, *rows)

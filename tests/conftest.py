@@ -30,8 +30,7 @@ settings.load_profile("gate")
 FAST = {
     "unit/ehl": ("units validation table inputs lubricant oil_sheet finish roughness"),
     "unit/regression": (
-        "plan conditions families friction_models formula_file points code_record conformal table_files "
-        "calibration_inputs"
+        "plan conditions families friction_models code_record conformal table_files calibration_inputs"
     ),
     "unit/efficiency": (
         "blank cutting_design cutting_kinematics cutting_summary contact_sample "

@@ -18,15 +18,7 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class ShapeOperator:
-    """Curvature of surfaces at n points.
-
-    Attributes
-    ----------
-    tangent_1, tangent_2 : (3, n) arrays
-        Orthonormal tangents in the frame of the member.
-    matrix : (n, 2, 2) array
-        Symmetric curvature matrix in these tangents [1/m].
-    """
+    """Symmetric curvature matrix [1/m], (n, 2, 2), in orthonormal tangents in the frame of the member, (3, n)."""
 
     tangent_1: FloatArray
     tangent_2: FloatArray
@@ -46,16 +38,8 @@ class ShapeOperator:
 
     def along(self, tangent_1: FloatArray, tangent_2: FloatArray) -> FloatArray:
         """The matrix in other orthonormal tangents of the same planes, (n, 2, 2) [1/m]."""
-        turn = np.moveaxis(
-            np.array(
-                [
-                    [dot(tangent_1, self.tangent_1), dot(tangent_1, self.tangent_2)],
-                    [dot(tangent_2, self.tangent_1), dot(tangent_2, self.tangent_2)],
-                ]
-            ),
-            -1,
-            0,
-        )
+        turn = np.array([[dot(new, old) for old in (self.tangent_1, self.tangent_2)] for new in (tangent_1, tangent_2)])
+        turn = np.moveaxis(turn, -1, 0)
         return np.asarray(turn @ self.matrix @ np.swapaxes(turn, 1, 2))
 
 

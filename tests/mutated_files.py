@@ -79,23 +79,12 @@ class Impossible(Exception):
 
 @dataclass(frozen=True)
 class Kind:
-    """One kind of file.
-
-    Parameters
-    ----------
-    suffix : str
-    seeds : sequence of bytes
-        Sound files.
-    read : callable
-        Takes a path; raises `Impossible` where the answer is.
-    repair : callable
-        What is done after a mutation, so that it comes through an outer check such as a checksum.
-    """
+    """One kind of file."""
 
     suffix: str
-    seeds: Sequence[bytes]
-    read: Callable[[Path], object]
-    repair: Callable[[bytes], bytes] = bytes
+    seeds: Sequence[bytes]  # sound files
+    read: Callable[[Path], object]  # raises `Impossible` where the answer is
+    repair: Callable[[bytes], bytes] = bytes  # after a mutation, so that it comes through a checksum
 
 
 def finite(values: object, where: str, low: float = -np.inf) -> None:

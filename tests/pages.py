@@ -12,17 +12,7 @@ _HIDDEN = {"style", "script", "svg", "title"}
 
 
 class Page(HTMLParser):
-    """One page, parsed.
-
-    Attributes
-    ----------
-    text : str
-        All visible words outside of figures.
-    sections : list of str
-        The same by section.
-    faults : list of str
-        Elements that are not closed in order, names given twice, links to names that there are not.
-    """
+    """Visible words outside of figures, of all and of each section; faults of elements, names and links."""
 
     def __init__(self, path: Path) -> None:
         super().__init__()

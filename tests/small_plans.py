@@ -1,6 +1,11 @@
 """Plans of a few cases that tests of the sweep and the fit share."""
 
+import tomllib
+from pathlib import Path
 from typing import Any
+
+import regression
+from regression.data.dataset import Dataset
 
 # the command line in a process of its own, whose networks are hardly trained: how jobs follow each other is in question
 PROGRAM = "import regression.fitting.coefficients as t; t._STEPS = (5, 5); from efficiency.cli import main; main()"
@@ -20,20 +25,8 @@ oil = "fva3"
 
 def gear_plan(name: str, sampling: dict[str, Any], **variables: Any) -> dict[str, Any]:
     """Content of a plan with the ranges of `GEAR_VARIABLES`, some of them put in place."""
-    return {
-        "name": name,
-        "sampling": sampling,
-        "variables": {
-            "pressure_hertz": {"low": "0.4 GPa", "high": "1.6 GPa"},
-            "radius_equivalent": {"low": "8 mm", "high": "40 mm", "scale": "log"},
-            "speed_entrainment": {"low": 1.0, "high": 15.0, "scale": "log"},
-            "slide_to_roll": {"low": 0.02, "high": 1.2, "scale": "log"},
-            "temperature_oil": {"low": "60 degC", "high": "120 degC"},
-            "roughness_rms": {"low": "0.2 um", "high": "0.6 um", "scale": "log"},
-            **variables,
-        },
-        "lubricant": {"oil": "fva3"},
-    }
+    content = tomllib.loads(GEAR_VARIABLES)
+    return {"name": name, "sampling": sampling, **content, "variables": content["variables"] | variables}
 
 
 def sweep_plan(name: str, **model: Any) -> dict[str, Any]:
@@ -52,3 +45,8 @@ def sweep_plan(name: str, **model: Any) -> dict[str, Any]:
         "lubricant": {"oil": "fva3"},
         "model": model,
     }
+
+
+def swept(folder: Path, content: dict[str, Any], formula: str = "arana_2019") -> Dataset:
+    """Friction of a published formula at the cases of a plan."""
+    return regression.sweep(regression.Plan.from_dict(content), folder, formula=formula, jobs=1).dataset()

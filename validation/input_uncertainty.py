@@ -81,15 +81,15 @@ def gears(count: int, formula: Formula, oil: Oil, points: int) -> Iterator[tuple
         loaded = pair.mesh(positions=8, points_per_line=15).load(torque)
         nominal = loaded.efficiency(formula, speed=speed, temperature=rng.uniform(323.0, 383.0), oil=oil)
         case: Any = EhlFriction("ehl", points=points, seed=7000 + 100 * number), nominal.points.state, oil
-        for entry in uncertain_inputs(*case, DEFAULT):
+        for entry in uncertain_inputs(*case, pair.design.spreads()):
             case = entry.moved(case, float(rng.normal()))
         model, state, card = case
         operation = replace(
             nominal.case.operation,
             roughness_rms_pinion=float(state.roughness_rms_1[0]),
             roughness_rms_gear=float(state.roughness_rms_2[0]),
-            correlation_length=float(state.correlation_length[0]),
-            peklenik_number=float(state.peklenik_number[0]),
+            correlation_length=float(np.median(state.correlation_length)),
+            peklenik_number=float(np.median(state.peklenik_number)),
             temperature_bulk_pinion=float(state.temperature_bulk_1[0]),
             temperature_bulk_gear=float(state.temperature_bulk_2[0]),
         )

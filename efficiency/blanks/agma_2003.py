@@ -86,14 +86,17 @@ class AgmaRating:
 
 
 def life_curves(critical_service: bool) -> tuple[Curve, Curve]:
-    """C_L and K_L of carburized steel over load cycles, Figures 5 and 6, from 1e3 to 1e10 cycles."""
+    """C_L and K_L of carburized steel over load cycles, Figures 5 and 6, from 1e4 and 1e3 to 1e10 cycles.
+
+    C_L is 2 at 1e4 cycles and does not rise below (as in textbooks; the standard was not read).
+    """
     high = _KNEE[critical_service]
     knee = (high[0] / _ROOT[0]) ** (1.0 / (_ROOT[1] - high[1]))
 
     def points(*values: tuple[float, tuple[float, float]]) -> Curve:
         return tuple(n for n, _ in values), tuple(factor * n**power for n, (factor, power) in values)
 
-    return points((1e3, _PITTING), (1e10, _PITTING)), points((1e3, _ROOT), (knee, high), (1e10, high))
+    return points((1e4, _PITTING), (1e10, _PITTING)), points((1e3, _ROOT), (knee, high), (1e10, high))
 
 
 def stress_numbers(member: AgmaMember, name: str) -> Pair:

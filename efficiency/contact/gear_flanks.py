@@ -31,7 +31,7 @@ class GearFlanks:
     gear: Mapping[FlankSide, Flank]
     assembly: Assembly  # position of the members with their misalignments
     drive_flank_pinion: FlankSide = "concave"  # loaded pinion flank on the drive side
-    normal_backlash: float = 0.0  # backlash along the normal, removed from the pinion tooth [m]
+    normal_backlash: float = 0.0  # backlash normal to the flanks at the mean point, removed from the pinion tooth [m]
     relief: PairRelief = field(default_factory=PairRelief)  # relief of the flanks at their edges
     deviation: FlankDeviation = field(default_factory=FlankDeviation)  # of the flanks from their design
 

@@ -57,6 +57,7 @@ def flank_tolerances(grade: int, module: float, pinion: Blank, gear: Blank) -> F
     Slope and form tolerances of profile and helix (formulas unverified) of the mean normal module [m], the mean
     diameter and the face width of each member; there are no flank tolerances of bevel gears in ISO 17485. Assumed: a
     tolerance is two standard deviations, and form deviations are crowning (profile, helix) and twist (as of the helix).
+    The form deviation is the band about the mean line: c for a crowning of c, 2 t for a twist of t at the corners.
     """
     squares = np.zeros(4)
     for blank in (pinion, gear):
@@ -69,8 +70,8 @@ def flank_tolerances(grade: int, module: float, pinion: Blank, gear: Blank) -> F
     return FlankDeviation(
         profile_slope=profile,
         lengthwise_slope=lengthwise,
-        profile_crowning=0.5 * curved,
-        lengthwise_crowning=0.5 * barrel,
+        profile_crowning=curved,
+        lengthwise_crowning=barrel,
         twist=0.5 * barrel,
     )
 

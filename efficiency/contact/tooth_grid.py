@@ -156,9 +156,9 @@ def _pinion_turns(flanks: GearFlanks) -> dict[FlankSide, float]:
     turns: dict[FlankSide, float] = {}
     for side, pinion in flanks.pinion.items():
         mean = pinion.mean_point()
-        spiral = mean.angles(pinion.blank.pitch_angle)[0][0]
-        radius = np.hypot(mean.position[0, 0], mean.position[1, 0])
-        off = 0.5 * flanks.normal_backlash / (radius * np.cos(spiral))
+        (x, y, _), (nx, ny, _) = mean.position[:, 0], mean.normal[:, 0]
+        # the lever of the flank normal about the axis, r cos(alpha) cos(beta)
+        off = 0.5 * flanks.normal_backlash / abs(x * ny - y * nx)
         turns[side] = flanks.pinion_phases[side] - (off if _faces_up(mean) else -off)
     return turns
 
@@ -242,13 +242,13 @@ def normal_thickness(flanks: GearFlanks, member: Member, u: FloatArray, h: Float
     """Normal circular tooth thickness of a member at blank coordinates [m]; nan where a flank is undercut.
 
     The tooth extends around the axis between the flanks facing backwards and forwards. Each flank may be that of any of
-    the equal teeth, so whole pitches are removed. The thickness of the pinion is reduced by the backlash.
+    the equal teeth, so whole pitches are removed. The thickness of the pinion is that with backlash.
     """
     concave, convex = (flanks.of(member)[side] for side in FLANK_SIDES)
     (one, missing_one), (other, missing_other) = (_points(flank, u, h, member) for flank in (concave, convex))
-    phases = [flanks.pinion_phases[side] if member == "pinion" else 0.0 for side in FLANK_SIDES]
+    turns = _pinion_turns(flanks) if member == "pinion" else dict.fromkeys(FLANK_SIDES, 0.0)
     looks = one.position[0, -1] * one.normal[1, -1] - one.position[1, -1] * one.normal[0, -1]
-    tooth = np.sign(looks) * (one.azimuth + phases[0] - other.azimuth - phases[1])
+    tooth = np.sign(looks) * (one.azimuth + turns["concave"] - other.azimuth - turns["convex"])
     pitch = 2.0 * np.pi / concave.blank.teeth
     mean = tooth[-1] % pitch
     mean -= pitch * (mean > _WIDEST * pitch)
@@ -256,8 +256,7 @@ def normal_thickness(flanks: GearFlanks, member: Member, u: FloatArray, h: Float
     radius = np.hypot(one.position[0], one.position[1])
     pitch_angle = concave.blank.pitch_angle
     spiral = 0.5 * (one.angles(pitch_angle)[0] + other.angles(pitch_angle)[0])
-    width = (radius * angle * np.cos(spiral))[:-1] + missing_one + missing_other
-    return np.asarray(width - flanks.normal_backlash if member == "pinion" else width)
+    return np.asarray((radius * angle * np.cos(spiral))[:-1] + missing_one + missing_other)
 
 
 TIP_REMEDIES: dict[Member, str] = {

@@ -181,13 +181,21 @@ class PairDesign(InputModel):
         )
 
     def spreads(self) -> UncertaintyInput:
-        """Spreads of the inputs: as stated, or from the finish if both members have the same."""
-        one, two = self.pinion, self.gear
-        if one.finish is None or (one.finish, one.finish_state) != (two.finish, two.finish_state):
-            return self.uncertainty
+        """Spreads of the inputs: as stated, or from the finish if both rough members have the same.
+
+        The Peklenik number of two different finishes has the range of a given one.
+        """
+        members = [member for member in (self.pinion, self.gear) if member.roughness_rms > 0.0]
+        texture = self.surface.model_dump(exclude_none=True)
+        finishes = {(member.finish, member.finish_state) for member in members}
+        if len(finishes) != 1 or members[0].finish is None:
+            if any(member.finish is not None for member in members):
+                texture.setdefault("peklenik_number", 1.0)
+            return self.uncertainty.of_surface(roughness_rms=1e-6, **texture) if texture else self.uncertainty
+        one = members[0]
         own = Finish.load(one.finish, one.finish_state).roughness_rms.value
-        given = [member.roughness_rms for member in (one, two) if member.roughness_rms not in (own, 0.0)]
-        known = {"roughness_rms": given[0]} if given else {}
+        given = [member.roughness_rms for member in members if member.roughness_rms != own]
+        known = texture | ({"roughness_rms": given[0]} if given else {})
         return self.uncertainty.of_surface(finish=one.finish, finish_state=one.finish_state, **known)
 
 
@@ -271,7 +279,7 @@ class AssemblyInput(InputModel):
     # distance of the axes [m]; 0 for a spiral bevel pair, positive if it increases the spiral angle of the pinion
     hypoid_offset: Annotated[float, ValueRange("m", ge=-0.5, le=0.5)] = 0.0
     drive_flank_pinion: FlankSide = "concave"  # loaded pinion flank on the drive side
-    normal_backlash: Depth = 0.0  # backlash along the normal [m]
+    normal_backlash: Depth = 0.0  # backlash normal to the flanks at the mean point [m]
     misalignment: Misalignment = Misalignment()  # misalignment without load
     deflection: Deflection = Deflection()  # stated displacements under load
     flank_deviation: FlankDeviation = FlankDeviation()  # of the flanks in contact from their design

@@ -303,7 +303,7 @@ class EfficiencyResult(Reportable):
 
     @property
     def efficiency_lower(self) -> float:
-        """Lower end of the 90 % interval from uncertain inputs, without the numerical error [-]."""
+        """Lower end of the interval of `inputs` from uncertain inputs, without the numerical error [-]."""
         return self.inputs.low
 
     @property
@@ -313,11 +313,11 @@ class EfficiencyResult(Reportable):
 
     @property
     def loss_interval(self) -> tuple[float, float]:
-        """90 % interval of sliding and rolling loss together [W], both independent."""
+        """Interval of sliding and rolling loss together [W], both independent, at the level of `inputs`."""
         from efficiency.loss.power_loss import loss_of
         from efficiency.loss.uncertainty import ROLLING
 
-        at, factor, ends = self.conditions, math.exp(score_of(0.90) * ROLLING), []
+        at, factor, ends = self.conditions, math.exp(score_of(self.inputs.level) * ROLLING), []
         for side, end, rolling in ((-1.0, self.efficiency_upper, 1.0 / factor), (1.0, self.efficiency_lower, factor)):
             sliding = loss_of(end, at.torque, at.speed, at.driver)
             width = math.hypot(sliding - self.power_loss, (rolling - 1.0) * self.power_loss_rolling)

@@ -218,7 +218,9 @@ def _solve_one(
     if result.status == "failed":
         return [math.nan] * len(_KEPT), (math.nan, math.nan), result.reason
     mu, film, ratio, hot, rolling = (float(getattr(result, name)) for name in _KEPT)
-    errors = abs(mu) * result.statistical_error, abs(mu) * (result.friction_error - result.statistical_error)
+    scatter = result.statistical_error
+    # the error of mu is the root of the sum of the squares of both
+    errors = abs(mu) * scatter, abs(mu) * math.sqrt(max(result.friction_error**2 - scatter**2, 0.0))
     return [mu, film, 1.0 / ratio, hot, rolling], errors, ""
 
 
@@ -265,8 +267,9 @@ def _friction(place: FloatArray, power: FloatArray, chosen: IntArray, solved: So
     if float(share[doubtful].sum()) > MAX_FAILED:
         values[:, doubtful] = np.nan
     bias = solved.bias[known][nearest(place, place[chosen[known]])] if known.any() else np.full(size, np.nan)
-    missing = chance + float((share * half)[doubtful].sum() + (share * bias).sum())
-    half = half + bias
+    # errors of the method are those of all contacts alike, random ones are independent of them
+    missing = math.hypot(chance, float((share * bias).sum())) + float((share * half)[doubtful].sum())
+    half = np.hypot(half, bias)
 
     mu, film, thinness, hot, rolling = values
     mean = float(share @ mu)

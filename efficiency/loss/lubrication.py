@@ -124,7 +124,7 @@ class LocalLubrication:
     film_ratio: FloatArray  # lambda: smooth isothermal film over the composite Rq [-]; infinity for smooth flanks
     temperature_flash: FloatArray  # maximum surface temperature: bulk temperature plus flash [K]
     rolling_traction: FloatArray  # traction of the pressure gradient on each surface over the load per length [-]
-    # Moes film with the inlet factor of Wilson & Gupta, flash temperature of Blok, rolling traction of Biboulet &
+    # Moes film with the inlet factor of Gupta, flash temperature of Blok, rolling traction of Biboulet &
     # Houpert; or the solutions of the friction model
     source: Literal["formula", "ehl"]
 

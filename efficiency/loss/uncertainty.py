@@ -8,7 +8,8 @@ again with the friction there, at the same load and sliding. The numerical error
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from efficiency.loss.contact_sample import coordinates, nearest, spread, worth_s
 from efficiency.loss.kinematics import LoadedPoints, Operation
 from efficiency.loss.lubrication import bulk_spread
 from efficiency.loss.power_loss import efficiency_of
-from ehl.common.arrays import FloatArray, IntArray
+from ehl.common.arrays import FloatArray
 from ehl.common.runner import run_tasks
 from ehl.fluid.oil import Oil
 from ehl.state import ContactState
@@ -28,19 +29,18 @@ from regression.friction.models import FrictionEstimate, FrictionModel
 from regression.friction.uncertainty import FORMULA, Case, FrictionChanges, friction_changes, friction_of, missing
 
 # maximum number of contact points that represent a mesh
-POINTS = 400
+POINTS = 250
+# of these, every n-th one gives the derivatives of the loss
+SLOPE_POINTS = 5
 # number of contacts of a mesh that are solved at both ends of every input
 CONTACTS = 8
 # standard deviation of ln(rolling loss): its formula is 0.82 to 1.03 of the smooth solver, viscosity 5 % (this work)
 ROLLING = 0.12
 
 
-LossChanges = tuple[list[Change], Together]
-"""Changes of ln(loss): with each input at the ends of its interval, and with several inputs changed together."""
-
-
-def _subset(state: ContactState, at: slice | IntArray) -> ContactState:
-    return ContactState(**{f.name: getattr(state, f.name)[at] for f in fields(ContactState)})
+LossChanges = tuple[list[Change], Together, Together | None]
+"""Changes of ln(loss): with each input at the ends of its interval, with several inputs changed together, and the same
+at fewer points for derivatives."""
 
 
 @dataclass(frozen=True)
@@ -56,11 +56,12 @@ class LossSample:
         """Every n-th point, with n such that there are at most `most` points."""
         at = slice(None, None, max(1, math.ceil(points.force.size / most)))
         estimate = FrictionEstimate(friction.mu[at], friction.lower[at], friction.upper[at], friction.flag[at])
-        return cls(_subset(points.state, at), estimate, (points.force * points.speed_sliding)[at])
+        return cls(points.state.at(at), estimate, (points.force * points.speed_sliding)[at])
 
-    def mean(self, log_change: FloatArray) -> float:
-        """Change of ln(loss) for changes of ln mu at each point."""
-        loss = np.where(np.isfinite(self.friction.mu), self.friction.mu, 0.0) * self.power
+    def mean(self, log_change: FloatArray, at: Any = ...) -> float:
+        """Change of ln(loss) for changes of ln mu at each point, or at some of them."""
+        mu, power = self.friction.mu[at], self.power[at]
+        loss = np.where(np.isfinite(mu), mu, 0.0) * power
         total = float(loss.sum())
         return math.log(float(np.sum(loss * np.exp(log_change))) / total) if total > 0.0 else 0.0
 
@@ -71,7 +72,11 @@ class LossSample:
             below, above = self.mean(change.below), self.mean(change.above)
             if (formula or change.name != FORMULA) and (below != 0.0 or above != 0.0):
                 each.append(replace(change, below=below, above=above, note=change.note + note))
-        return each, lambda scores: [self.mean(change) for change in found.together(scores)]
+
+        def together(scores: Sequence[Mapping[str, float]], at: Any = ...) -> list[float]:
+            return [self.mean(change, at) for change in found.together(scores, at)]
+
+        return each, together, lambda scores: together(scores, slice(None, None, SLOPE_POINTS))
 
 
 def stand_in(model: FrictionModel, oil: Oil) -> tuple[FrictionModel, str]:
@@ -94,7 +99,7 @@ def _solved_changes(
     able = worth_solving(points.state, power)
     chosen = able[spread(place[able], power[able], CONTACTS)]
     shares = np.bincount(nearest(place, place[chosen]), weights=power, minlength=chosen.size).astype(np.float64)
-    alone, state = replace(changed, points=None, jobs=1), _subset(points.state, chosen)
+    alone, state = replace(changed, points=None, jobs=1), points.state.at(chosen)
     nominal: list[FloatArray] = []
 
     def evaluate(cases: list[Case]) -> list[FloatArray]:
@@ -105,7 +110,8 @@ def _solved_changes(
     found = friction_changes(alone, state, oil, spreads, level, warm_inlet=warm_inlet, evaluate=evaluate)
     mu = nominal[0]
     sample = LossSample(state, FrictionEstimate(mu, mu, mu, np.zeros(mu.shape, np.int8)), shares)
-    return sample.changes(found, f"; {chosen.size} contacts solved at both ends")
+    each, together, _ = sample.changes(found, f"; {chosen.size} contacts solved at both ends")
+    return each, together, None
 
 
 def _friction_of_case(case: Case) -> FloatArray:
@@ -134,25 +140,26 @@ def efficiency_uncertainty(
     solved: for a model with solved contacts: solve some at both ends of every input instead of using a formula.
     Raises `InputError` if the level is not between 0 and 1.
     """
-    warm, spreads = operation.temperature_inlet is not None, spreads or operation.uncertainty
+    warm, spreads = operation.temperature_inlet is not None, operation.uncertainty if spreads is None else spreads
+    spreads = spreads.with_surface_of(operation.uncertainty)
     if operation.temperature_inlet is not None:
         spreads = spreads.of_bulk(bulk_spread(operation.temperature_inlet - operation.temperature))
     sample = LossSample.of(points, friction)
     state = sample.state
     if solved and model.solves_contacts:
-        each, together = _solved_changes(model, points, oil, spreads, level, warm)
+        each, together, slopes = _solved_changes(model, points, oil, spreads, level, warm)
     elif model.solves_contacts:
         formula, note = stand_in(model, oil)
         if getattr(model, "smooth", False):
             nothing = np.zeros_like(state.roughness_rms_1)
             state = replace(state, roughness_rms_1=nothing, roughness_rms_2=nothing)
         found = friction_changes(formula, state, oil, spreads, level, warm_inlet=warm)
-        each, together = sample.changes(found, f"; {note}", formula=False)
+        each, together, slopes = sample.changes(found, f"; {note}", formula=False)
     else:
-        each, together = sample.changes(friction_changes(model, state, oil, spreads, level, warm_inlet=warm))
+        each, together, slopes = sample.changes(friction_changes(model, state, oil, spreads, level, warm_inlet=warm))
 
     def figure(ln: float) -> float:
         loss = power_loss * math.exp(ln)
         return efficiency_of(loss, torque, operation.speed, operation.driver)
 
-    return InputUncertainty.of("efficiency", figure(0.0), each, figure, level, missing(model), together)
+    return InputUncertainty.of("efficiency", figure(0.0), each, figure, level, missing(model), together, slopes)

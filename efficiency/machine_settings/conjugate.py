@@ -293,9 +293,15 @@ def root_line(pair: PairDimensions, position: FloatArray, parameters: FloatArray
 
 
 def backlash_angle(pair: PairDimensions) -> float:
-    """Rotation of each pinion flank that produces the backlash of the pair [rad]."""
-    radius, _ = pair.pinion.axial(np.array([-pair.blank.pinion.middle_shift]), np.zeros(1))
-    return 0.5 * pair.blank.backlash_normal / float(radius[0] * np.cos(pair.blank.pinion.mean_spiral_angle))
+    """Rotation of each pinion flank that produces the backlash of the pair [rad].
+
+    The thickness is reduced by j_mn/cos(alpha_n), half of it at each flank (ISO 23509 (202), (204)).
+    """
+    blank = pair.blank
+    radius, _ = pair.pinion.axial(np.array([-blank.pinion.middle_shift]), np.zeros(1))
+    alpha = 0.5 * (blank.pressure_angle_drive + blank.pressure_angle_coast)
+    lever = float(radius[0]) * np.cos(blank.pinion.mean_spiral_angle) * np.cos(alpha)
+    return float(0.5 * blank.backlash_normal / lever)
 
 
 def target_relief(target: FlankTarget, x: FloatArray, y: FloatArray) -> FloatArray:

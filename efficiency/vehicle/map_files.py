@@ -120,9 +120,11 @@ def lossy_gear(found: LossMap) -> tuple[FloatArray, float]:
 
     With the pinion torque T_in and T_out/ratio = T_in - T_loss:
 
-        drive   T_out/ratio = eta_mf1 (T_in - tau_bf1),   coast   T_out/ratio = (T_in - tau_bf2)/eta_mf2
+        drive   T_out/ratio = eta_mf1 T_in - tau_bf1,   coast   T_out/ratio = T_in/eta_mf2 - tau_bf2
 
-    Returns (speeds, 5): speed [rad/s], eta_mf1, eta_mf2, tau_bf1, tau_bf2 [N m]; and the deviation [N m].
+    The model extrapolates its table linearly: the first row is repeated at rest, the last one at twice its speed.
+
+    Returns (rows, 5): speed [rad/s], eta_mf1, eta_mf2, tau_bf1, tau_bf2 [N m]; and the deviation [N m].
     """
     rows, error = [], 0.0
     for speed, losses in zip(found.speeds, found.values(), strict=True):
@@ -136,10 +138,12 @@ def lossy_gear(found: LossMap) -> tuple[FloatArray, float]:
             level = min(level, 0.0)
             slope = slope if level < 0.0 or len(x) < 2 else float(x @ y / (x @ x))
             error = max(error, float(np.abs(slope * x + level - y).max()))
-            lines.append((slope, abs(level) / slope))
+            lines.append((slope, abs(level)))
         (drive, first), (coast, second) = lines
         rows.append((speed, drive, 1.0 / coast, first, second))
-    return np.array(rows), error
+    table = np.array(rows)
+    rest, fast = table[:1] * (0.0, 1.0, 1.0, 1.0, 1.0), table[-1:] * (2.0, 1.0, 1.0, 1.0, 1.0)
+    return np.vstack([rest[rest[:, 0] < table[0, 0]], table, fast]), error
 
 
 def _tables(found: LossMap) -> dict[str, str]:

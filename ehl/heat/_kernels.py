@@ -1,4 +1,4 @@
-"""Compiled loops of the steady heat balance; each has a plain NumPy twin in the tests."""
+"""Compiled loops of the steady heat balance."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Compiled loops of the steady smooth solver (dimensionless).
 
 Film ``H = H00 + x^2/2 - (a/pi) K P`` on nodes ``x = x_in + a (s - x_in)``; ``K`` integrates ``ln|s - s'|`` against
-the hat functions of the reference nodes ``s``. Each function has a plain NumPy twin in the tests.
+the hat functions of the reference nodes ``s``.
 """
 
 from __future__ import annotations

@@ -41,6 +41,7 @@ LENGTH_POWER = 2.0 / 3.0
 SPACING_TIMES_SLOPE, SPACING_OVER_SAL = (6.0, 20.0), (2.5, 8.0)
 UNNAMED = {"roughness_rms": 1.2, "correlation_length": 2.6, "peklenik_number": 3.0}
 DEFAULT_ADDITIVE = "EP"
+LEAST_PEKLENIK = 1.0 / 3.0  # smallest Peklenik number of a contact [-]
 # of run-in flanks without a named finish [-], as in all run-in finishes of data/finishes
 FLANK_SKEWNESS = -0.8
 
@@ -375,6 +376,36 @@ def lay_seen(correlation_length: float, lay_ratio: float, angle: ArrayLike) -> t
     x = across + along / lay_ratio**2
     y = along + across / lay_ratio**2
     return correlation_length / np.sqrt(x), np.sqrt(x / y)
+
+
+def with_lay_ratio(
+    correlation_length: ArrayLike, peklenik_number: ArrayLike, lay_ratio: float, changed: float
+) -> tuple[FloatArray, FloatArray]:
+    """Texture of marks at the same angles with another lay ratio; l_x and gamma as returned by `lay_seen`.
+
+    With c = cos^2 a, `lay_seen` gives c = (gamma^2 - 1/r^2)/((1 - 1/r^2) (1 + gamma^2)). For two surfaces with the same
+    r, c is the mean with the weights (Rq/lc)^2 of their cos^2 a. Marks of an isotropic surface (r = 1) are taken to lie
+    across the motion.
+
+    correlation_length, peklenik_number: l_x [m] and gamma with the lay ratio r [-]. The limit of gamma, 1/3, is that of
+        marks along the motion.
+    lay_ratio, changed: r before and after [-].
+    Returns l_x [m], and gamma of at least 1/3 [-].
+
+    Examples
+    --------
+    >>> from ehl.surface.finish import lay_seen, with_lay_ratio
+    >>> length, gamma = with_lay_ratio(*lay_seen(20e-6, 5.0, 0.4), lay_ratio=5.0, changed=9.0)
+    >>> round(float(gamma), 3) == round(float(lay_seen(20e-6, 9.0, 0.4)[1]), 3)
+    True
+    """
+    gamma, r = np.asarray(peklenik_number, dtype=float), 1.0 / lay_ratio**2
+    across = np.ones_like(gamma)
+    if abs(1.0 - r) > 1e-9:
+        across = np.where(gamma <= LEAST_PEKLENIK, 0.0, (gamma**2 - r) / ((1.0 - r) * (1.0 + gamma**2)))
+    angle = np.arccos(np.sqrt(np.clip(across, 0.0, 1.0)))
+    (before, _), (after, seen) = lay_seen(1.0, lay_ratio, angle), lay_seen(1.0, changed, angle)
+    return np.asarray(correlation_length) * after / before, np.maximum(seen, LEAST_PEKLENIK)
 
 
 def _given(name: str, value: float) -> Figure:

@@ -317,7 +317,10 @@ def rms_slope(heights: FloatArray, spacing: float) -> float:
 
 
 def mean_spacing(heights: FloatArray, spacing: float) -> float:
-    """RSm of a profile [m] from elements with a peak and a valley of at least 0.1 Rz each; nan for fewer than two."""
+    """RSm of a profile [m]; nan for fewer than two elements.
+
+    Peak and valley of an element are at least 5 % of the total height above and below the mean line.
+    """
     z = heights - heights.mean()
     least = 0.1 * float(np.ptp(z)) / 2.0
     state = np.where(z > least, 1, np.where(z < -least, -1, 0))

@@ -19,10 +19,9 @@ Case = TypeVar("Case")
 
 THICK = 3.0  # film ratio above which the effect of roughness is negligible
 FILMS = (5e-9, 300e-9)  # allowed range of the boundary film [m]
-# of the parameters of the surfaces; 1/3 is the smallest Peklenik number of a contact file
+# of the parameters of the surfaces
 LIMITS = {
     "correlation_length": (0.0, math.inf),
-    "peklenik_number": (1.0 / 3.0, math.inf),
     "boundary_film": FILMS,
     "boundary_friction": (0.0, 1.0),
 }
@@ -100,6 +99,13 @@ def uncertain_contact_inputs(
         for name, limits in LIMITS.items():
             spread = spreads.spread(name)
             entry(name, name, spread, of_surface([name], spread, *limits))
+
+        def laid(given: ContactProblem, z: float) -> ContactProblem:
+            length, gamma = spreads.lay_moved(given.surface.correlation_length, given.surface.peklenik_number, z)
+            changed = {"correlation_length": float(length), "peklenik_number": float(gamma)}
+            return replace(given, surface=given.surface.model_copy(update=changed))
+
+        entry("peklenik_number", "peklenik_number", spreads.spread("peklenik_number"), laid)
     if problem.model.thermal != "off":
         bulk = spreads.spread("temperature_bulk")
 

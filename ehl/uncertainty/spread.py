@@ -24,7 +24,7 @@ from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel
 from ehl.fluid.oil import Oil
 from ehl.fluid.oil_uncertainty import VARIABLES
-from ehl.surface.finish import HALF_RANGE, Figure, surface_uncertainty
+from ehl.surface.finish import HALF_RANGE, LEAST_PEKLENIK, Figure, surface_uncertainty, with_lay_ratio
 
 FILE = "sensitivities.csv"
 FILM_RATIOS = (0.1, 0.2, 0.4, 0.8, 1.6, 3.2)
@@ -161,7 +161,7 @@ class UncertaintyInput(InputModel):
     # of each surface, relative [-]
     roughness_rms: Relative | None = None
     correlation_length: Relative | None = None
-    peklenik_number: Relative | None = None
+    peklenik_number: Relative | None = None  # default with a finish: spread of its lay ratio
     boundary_film: Relative | None = None
     boundary_friction: Relative | None = None
     # of mu by the model of two-dimensional roughness with asperity contact, relative [-]
@@ -171,7 +171,7 @@ class UncertaintyInput(InputModel):
     # whether the errors of Rq of both surfaces are fully correlated; default: with a named finish
     same_surface: bool | None = None
     _figures: Mapping[str, Figure] = PrivateAttr(default_factory=dict)
-    _finish: str | None = PrivateAttr(default=None)
+    _surface: Mapping[str, Any] = PrivateAttr(default_factory=dict)
     _bulk: Spread = PrivateAttr(default=TEMPERATURE_BULK)
 
     @classmethod
@@ -182,7 +182,14 @@ class UncertaintyInput(InputModel):
     def of_surface(self, **surface: Any) -> Self:
         """The same with the ranges of a surface; keywords of `ehl.surface.finish.surface_uncertainty`."""
         found = self.model_copy()
-        found._figures, found._finish = surface_uncertainty(**surface), surface.get("finish")
+        found._figures, found._surface = surface_uncertainty(**surface), surface
+        return found
+
+    def with_surface_of(self, other: UncertaintyInput) -> Self:
+        """The same with the ranges of the surface of another one, unless it has its own."""
+        found = self.model_copy()
+        if not found._figures:
+            found._figures, found._surface = other._figures, other._surface
         return found
 
     def of_bulk(self, spread: Spread) -> Self:
@@ -194,7 +201,25 @@ class UncertaintyInput(InputModel):
     @property
     def shared_rms(self) -> bool:
         """Whether the errors of Rq of both surfaces are fully correlated."""
-        return self._finish is not None if self.same_surface is None else self.same_surface
+        return self._surface.get("finish") is not None if self.same_surface is None else self.same_surface
+
+    @property
+    def lay_ratio(self) -> float | None:
+        """Lay ratio of the finish, if the spread of `peklenik_number` is its spread; None for that of gamma."""
+        given = self.peklenik_number is not None or self._surface.get("peklenik_number") is not None
+        return None if given or self._surface.get("finish") is None else self._figures["peklenik_number"].value
+
+    def lay_moved(self, length: Any, gamma: Any, score: float) -> tuple[Any, Any]:
+        """Correlation length [m] and Peklenik number with the uncertain lay shifted by `score` standard deviations.
+
+        With a finish its lay ratio is shifted and both values follow at the same angle of the marks; a given
+        correlation length is not changed.
+        """
+        spread, ratio = self.spread("peklenik_number"), self.lay_ratio
+        if ratio is None:
+            return length, np.maximum(spread.at(gamma, score), LEAST_PEKLENIK)
+        seen, moved = with_lay_ratio(length, gamma, ratio, spread.at(ratio, score))
+        return (seen if self._surface.get("correlation_length") is None else length), moved
 
     def spread(self, name: str, oil: Oil | None = None) -> Spread:
         """Spread of an input: given here, from oil card, finish and additives, or the default."""

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.threads import one_thread
 from regression.data.dataset import columns
-from regression.fitting.rows import boundary_friction_of, computed_friction
+from regression.fitting.rows import NORMAL_90, boundary_friction_of, computed_friction
 from regression.friction.conditions import GROUPS, Array
 from regression.friction.families import Family
 from regression.friction.fitted import FittedFormula, friction_of_form
@@ -73,7 +73,7 @@ def train(
         x = (inputs - np.array(network.mean)) / np.array(network.scale)
     plain = share * boundary_friction + film
     # relative to the closed form, so that profiles with high friction do not have a smaller error
-    deviation = np.sqrt(_SCATTER**2 + (error * mu / plain / 1.645) ** 2)
+    deviation = np.sqrt(_SCATTER**2 + (error * mu / plain / NORMAL_90) ** 2)
     known = error <= MAX_ERROR
     problem = _Problem(
         x[known],
@@ -354,7 +354,10 @@ def _nonlinear_fit(
     scaled = jacobian[:, free] / scale
     # the residuals of mu and of its parts in one case are dependent: sandwich estimator with the cases as clusters
     cases, covariance = target.size, np.linalg.pinv(scaled.T @ scaled)
-    score = (residual(x)[:, None] * scaled).reshape(-1, cases, free.size).sum(axis=0) @ covariance
+    # SciPy returns the Jacobian of soft_l1 times (1 + z)^-3/4, z = (r/C)^2; the score is r (1 + z)^-1/2 dr/dk
+    left = residual(x)
+    pull = left * (1.0 + (left / _OUTLIER) ** 2) ** 0.25
+    score = (pull[:, None] * scaled).reshape(-1, cases, free.size).sum(axis=0) @ covariance
     errors = np.sqrt(cases / max(cases - free.size, 1) * np.sum(score**2, axis=0)) / scale
     return Coefficients(
         {term: float(v) for term, v in zip(terms, x, strict=True)},

@@ -25,6 +25,7 @@ from regression.fitting.cross_validation import (
 )
 from regression.fitting.rows import (
     BANDS,
+    NORMAL_90,
     band_noise,
     box_of,
     checkable_rows,
@@ -202,10 +203,13 @@ def ratio_of_means(form: FittedForm, frame: pd.DataFrame, held_out: HeldOut, rep
 
 
 def noise_floor(frame: pd.DataFrame) -> float:
-    """RMS of the relative friction error of the solver, a lower limit for the error of a formula; 0 if unknown."""
-    stated = frame["friction_error"].to_numpy(dtype=float)
-    stated = stated[np.isfinite(stated)]
-    return float(np.sqrt(np.mean(stated**2))) if stated.size else 0.0
+    """RMS standard deviation of the relative numerical error of mu, mesh included [-]; 0 if unknown.
+
+    The stated error of a case is the half width of a 90 % interval, 1.645 standard deviations of a normal variable.
+    """
+    deviation = frame["friction_error"].to_numpy(dtype=float) / NORMAL_90
+    deviation = deviation[np.isfinite(deviation)]
+    return _rms(deviation) if deviation.size else 0.0
 
 
 def fit_formula(

@@ -20,6 +20,7 @@ from regression.friction.error_tables import NoiseBand, NoiseFloor
 from regression.friction.families import Family
 from regression.friction.fitted import FittedFormula
 
+NORMAL_90 = 1.645  # half width of the 90 % interval of a normal variable over its standard deviation
 # edges of the bands of reported errors; outer bands are open
 BANDS: dict[str, tuple[float, ...]] = {
     "film_ratio": (0.5, 1.0, 2.0),
@@ -95,7 +96,7 @@ def band_noise(noise: NoiseFloor | None, variable: str, inside: float) -> float 
 def statistical_variance(frame: pd.DataFrame) -> Array:
     """Variance of ln mu from the 90 % interval of the time mean of each case; 0 without an interval."""
     half_width = frame["statistical_error"].to_numpy(dtype=float)
-    return np.asarray(np.nan_to_num(half_width, nan=0.0) / 1.645) ** 2
+    return np.asarray(np.nan_to_num(half_width, nan=0.0) / NORMAL_90) ** 2
 
 
 def expected_rows(frame: pd.DataFrame) -> pd.DataFrame:

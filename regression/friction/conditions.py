@@ -20,7 +20,7 @@ from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
 from ehl.fluid.rheology import stress_at
 from ehl.fluid.viscosity import Temperature
-from ehl.line_contact import half_width_of_pressure, hertz_load, moes_film, wilson_gupta_1992
+from ehl.line_contact import gupta_1992, half_width_of_pressure, hertz_load, moes_film
 from ehl.material import Material, effective_modulus
 from ehl.state import ContactState
 from ehl.surface.finish import Finish
@@ -283,9 +283,9 @@ def flattening(c: Conditions) -> Array:
 
 
 def inlet_heating(c: Conditions) -> Array:
-    """Film factor of inlet heating (`ehl.line_contact.wilson_gupta_1992`)."""
+    """Film factor of inlet heating (`ehl.line_contact.gupta_1992`)."""
     loading = c["viscosity_inlet"] * c["temperature_viscosity"] * c["speed_entrainment"] ** 2
-    return wilson_gupta_1992(loading / c["thermal_conductivity"], c["slide_to_roll_total"])
+    return gupta_1992(loading / c["thermal_conductivity"], c["slide_to_roll_total"])
 
 
 def _rough(c: Conditions) -> Array:

@@ -250,11 +250,21 @@ class FrictionModel(ABC):
         if state.size != 1:
             raise InputError("state", f"{state.size} points", "one contact point")
         rough = float(np.ravel(state.roughness_rms)[0]) > 0.0
-        if spreads is None and rough and (finish := conditions.get("finish")) is not None:
+        surface: dict[str, Any] = {
+            name: float(np.ravel(getattr(state, name))[0])
+            for name in ("correlation_length", "peklenik_number")
+            if name in conditions
+        }
+        if rough and (finish := conditions.get("finish")) is not None:
             given = float(np.ravel(state.roughness_rms_1)[0]) if "roughness_rms" in conditions else None
-            surface = {"finish_state": conditions.get("finish_state", "run_in"), "roughness_rms": given}
-            spreads = DEFAULT.of_surface(finish=finish, **surface)
-        return point_uncertainty(self, state, card, spreads or DEFAULT, level)
+            state_of_finish = conditions.get("finish_state", "run_in")
+            surface |= {"finish": finish, "finish_state": state_of_finish, "roughness_rms": given}
+        elif surface:
+            surface["roughness_rms"] = 1e-6
+        found = spreads or DEFAULT
+        if surface:
+            found = found.with_surface_of(DEFAULT.of_surface(**surface))
+        return point_uncertainty(self, state, card, found, level)
 
 
 @dataclass(frozen=True)

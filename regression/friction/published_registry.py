@@ -174,7 +174,7 @@ def _masjedi(c: Conditions, base: str) -> Array:
 
 
 _LOCAL_LOAD = "a mesh mean with quantities at the pitch point, applied with local ones; Ra = 0.798 Rq, mean of both"
-_FILM = "film of Moes (1992) with the inlet-heating factor of Wilson & Gupta"
+_FILM = "film of Moes (1992) with the inlet-heating factor of Gupta et al. (1992)"
 _SHARE = _FILM + "; mu_b = 0.10 (this work)"
 
 _ENTRIES = (
@@ -259,7 +259,8 @@ _ENTRIES = (
         "Arana, Larranaga & Ulacia 2019; load sharing 1 - erf(lambda), Eyring stress 2 Lam/alpha",
         "published",
         _arana,
-        applied=_FILM + "; mu_b = 0.065 of the authors",
+        applied=_FILM + "; mu_b = 0.065 of the authors; alpha is the slope at ambient pressure instead of the authors' "
+        "alpha* (film friction lower by up to 8 % for 75W90 and 13 % for 80W90)",
     ),
     PublishedFriction(
         "doleschel_2002",
@@ -282,7 +283,7 @@ _ENTRIES = (
         _masjedi,
         {"film_ratio_formula": (0.1, np.inf)},
         "estimated: the share exceeds 1 at lower values; the range of the original is unknown",
-        applied="film friction of Arana et al. with the inlet-heating factor of Wilson & Gupta; mu_b = 0.10 and "
+        applied="film friction of Arana et al. with the inlet-heating factor of Gupta et al. (1992); mu_b = 0.10 and "
         "hardness 8 GPa (this work)",
     ),
 )

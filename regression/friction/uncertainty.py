@@ -116,7 +116,13 @@ def uncertain_inputs(
     bulk = ("temperature_bulk_1", "temperature_bulk_2", *(("temperature_oil",) if warm_inlet else ()))
     found = [entry(name, name, of_oil(name)) for name in VARIABLES]
     found += [entry(name, "roughness_rms", of_state(*fields)) for name, fields in both]
-    found += [entry(name, name, of_state(name)) for name in ("correlation_length", "peklenik_number")]
+    found.append(entry("correlation_length", "correlation_length", of_state("correlation_length")))
+
+    def laid(case: Case, _: Spread, z: float) -> Case:
+        length, gamma = spreads.lay_moved(case[1].correlation_length, case[1].peklenik_number, z)
+        return case[0], replace(case[1], correlation_length=length, peklenik_number=gamma), case[2]
+
+    found.append(entry("peklenik_number", "peklenik_number", laid))
     mu_b = boundary_friction_of(model)
     if np.isfinite(mu_b):
         found.append(entry("boundary_friction", "boundary_friction", of_model("boundary_friction", mu_b, 0.0, 1.0)))
@@ -154,11 +160,11 @@ class FrictionChanges:
     each: change of ln mu with each input alone at the ends of its interval, for inputs that have an effect. The last
         entry is the error of the formula, if it states one.
     together: change of ln mu with several inputs changed at once. Its argument holds, for each case, the scores by
-        name, in units of the score of the level.
+        name, in units of the score of the level; the second one selects points.
     """
 
     each: list[Change]
-    together: Callable[[Sequence[Mapping[str, float]]], list[Array]]
+    together: Callable[..., list[Array]]
 
 
 def friction_changes(
@@ -184,7 +190,7 @@ def friction_changes(
     """
     score = score_of(level)
     if isinstance(model, ConstantFriction):
-        return FrictionChanges([], lambda scores: [])
+        return FrictionChanges([], lambda scores, at=...: [])
     fitted, solving = isinstance(model, FittedFormula), model.solves_contacts
     ratio = conditions_of(state, oil)["film_ratio_formula"]
     inputs = uncertain_inputs(model, state, oil, spreads, warm_inlet=warm_inlet)
@@ -224,19 +230,36 @@ def friction_changes(
         added[change.name] = change.below, change.above
         found.append(change)
 
-    def together(scores: Sequence[Mapping[str, float]]) -> list[Array]:
-        cases = [shifted(nominal, model_inputs, score, each) for each in scores]
+    of_oil = [entry for entry in model_inputs if entry.input in VARIABLES]
+    of_model = [entry for entry in model_inputs if entry.input in ("boundary_friction", "boundary_film")]
+    of_state = [entry for entry in model_inputs if entry not in (*of_oil, *of_model)]
+    held: dict[tuple[tuple[str, float], ...], Case] = {}
+
+    def part(some: Sequence[UncertainInput[Case]], each: Mapping[str, float]) -> Case:
+        """The case with the inputs of the model or of the oil shifted; equal ones are one object, evaluated at once."""
+        key = tuple((entry.name, each.get(entry.name, 0.0)) for entry in some)
+        if key not in held:
+            held[key] = shifted(nominal, some, score, each)
+        return held[key]
+
+    def together(scores: Sequence[Mapping[str, float]], at: Any = ...) -> list[Array]:
+        local, before = state.at(at), start[at]
+        cases = []
+        for each in scores:
+            case = part(of_model, each)[0], local, part(of_oil, each)[2]
+            cases.append(shifted(case, of_state, score, each))
         found = friction(cases)
         # if a point has a value in the nominal case only, the change is not defined
-        changes = [np.where(np.isfinite(mu) | ~np.isfinite(start), _log_ratio(mu, start), np.nan) for mu in found]
-        for change, each, (moved, at, card) in zip(changes, scores, cases, strict=True):
+        changes = [np.where(np.isfinite(mu) | ~np.isfinite(before), _log_ratio(mu, before), np.nan) for mu in found]
+        for change, each, (moved, there, card) in zip(changes, scores, cases, strict=True):
             for name, (below, above) in added.items():
-                part = each.get(name, 0.0)
-                change += part * above if part > 0.0 else -part * below
-            if np.isfinite(mu_b := boundary_friction_of(moved)):
-                # upper bound of the friction of film and asperities
-                limit = np.maximum(mu_b, conditions_of(at, card)["limiting_shear_coefficient"])
-                np.minimum(change, np.maximum(_log_ratio(limit, start), 0.0), out=change)
+                size = each.get(name, 0.0)
+                change += size * above[at] if size > 0.0 else -size * below[at]
+            mu_b = boundary_friction_of(moved)
+            least = np.maximum(_log_ratio(np.full_like(before, mu_b), before), 0.0)
+            if np.isfinite(mu_b) and np.any(change > least):  # upper bound of the friction of film and asperities
+                limit = np.maximum(mu_b, conditions_of(there, card)["limiting_shear_coefficient"])
+                np.minimum(change, np.maximum(_log_ratio(limit, before), 0.0), out=change)
         return changes
 
     return FrictionChanges(found, together)
@@ -316,15 +339,13 @@ def point_uncertainty(
         replace(change, below=float(np.ravel(change.below)[0]), above=float(np.ravel(change.above)[0]))
         for change in found.each
     ]
-    return InputUncertainty.of(
-        "friction_coefficient",
-        mu,
-        changes,
-        lambda ln: mu * float(np.exp(ln)),
-        level,
-        missing(model),
-        lambda scores: [float(np.ravel(change)[0]) for change in found.together(scores)],
-    )
+
+    def together(scores: Sequence[Mapping[str, float]]) -> list[float]:
+        return [float(np.ravel(change)[0]) for change in found.together(scores)]
+
+    slopes = None if model.solves_contacts else together
+    name, notes = "friction_coefficient", missing(model)
+    return InputUncertainty.of(name, mu, changes, lambda ln: mu * float(np.exp(ln)), level, notes, together, slopes)
 
 
 def missing(model: FrictionModel) -> tuple[str, ...]:

@@ -99,7 +99,7 @@ def contact_seconds(model: ModelInput, table: Mapping[str, FloatArray]) -> tuple
 
 
 def _hot_film(table: Mapping[str, FloatArray]) -> tuple[list[float], list[float]]:
-    """Estimated film ratio with inlet shear heating (Wilson & Gupta), and shear stress over the Eyring stress.
+    """Estimated film ratio with inlet shear heating (Gupta), and shear stress over the Eyring stress.
 
     With isothermal films contacts at 20 m/s would be classified as smooth, some of which take the longest.
     """

@@ -136,8 +136,8 @@ def _remarks(formula: FittedFormula, dataset: Dataset | None) -> list[Item]:
         said.append(f"with held-out choice of the family: {errors}")
     data = formula.data
     said.append(
-        f"{data.used} of {data.count} cases used, {formula.folds} folds, error of the solver "
-        f"{100.0 * formula.noise_floor:.2g} %, condition number {formula.condition_number:.3g}"
+        f"{data.used} of {data.count} cases used, {formula.folds} folds, standard deviation of the numerical "
+        f"error {100.0 * formula.noise_floor:.2g} %, condition number {formula.condition_number:.3g}"
     )
     if data.excluded:
         said.append(f"excluded: {counted_reasons(data.excluded)}")

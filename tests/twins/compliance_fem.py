@@ -46,22 +46,10 @@ class Counts:
 
 
 class ToothElements:
-    """Finite elements of a ring of some teeth.
+    """Finite elements of a ring of some teeth (`cells`), which is closed by a turn of as many pitches.
 
-    Parameters
-    ----------
-    design, member
-        Whose teeth.
-    rim : float
-        Distance from the root cone to the base [m].
-    youngs_modulus, poisson_ratio : float
-        [Pa], [-].
-    counts : Counts
-        Elements of one pitch.
-    cells : int
-        Teeth in the ring, which is closed by a turn of as many pitches.
-    held : set of {"base", "toe", "heel"}
-        Surfaces of the body without displacement.
+    `rim` is the distance from the root cone to the base [m], `youngs_modulus` in Pa; surfaces of the body without
+    displacement are `held`: "base", "toe", "heel".
     """
 
     def __init__(
@@ -207,15 +195,8 @@ def _section(grid: ToothGrid, counts: Counts, cells: int, rim: float) -> tuple[F
 class NinePoints:
     """Deflection at nine points of a flank, three heights by three places along the face, by finite elements.
 
-    Attributes
-    ----------
-    face, height : (9,) arrays
-        Distance from the toe and over the root cone [m].
-    own, ahead : (9, 9) arrays
-        Deflection of the points per unit force on each of them, and of the same points of the next tooth in rising
-        azimuth [m/N].
-    unknowns : int
-    seconds : float
+    Distance from the toe and over the root cone [m], (9,); deflection of the points per unit force on each of them, and
+    of the same points of the next tooth in rising azimuth [m/N], (9, 9); unknowns of the elements, time [s].
     """
 
     face: FloatArray
@@ -226,10 +207,7 @@ class NinePoints:
     seconds: float
 
     def errors(self, tooth: SolidTooth) -> FloatArray:
-        """Difference of a tooth model from the finite elements at points away from the load.
-
-        In the unit of the largest deflection away from the load, (72,).
-        """
+        """Difference of a tooth model, away from the load and in the unit of the largest deflection there, (72,)."""
         away = ~np.eye(9, dtype=bool)
         largest = np.max(np.where(away, np.abs(self.own), 0.0), axis=0)
         return np.asarray(((influence(tooth, self.face, self.height) - self.own) / largest)[away])

@@ -41,14 +41,8 @@ def graded(points: tuple[float, ...], end: float, finest: float) -> FloatArray:
 def approach(body: Body, distance: float, depth: float, half_width: float, poisson_ratio: float) -> float:
     """Approach of the centre of a Hertz load on the face y = 0 to the point under it, per w'/E [-].
 
-    Parameters
-    ----------
-    body : {"quarter-plane", "strip"}
-        Both lie at x > 0, y > 0 and are held far away; the strip ends at y = 2 depth.
-    distance, depth, half_width : float
-        Of the load from the side face x = 0, of the point, of the load.
-    poisson_ratio : float
-        [-].
+    Both bodies lie at x > 0, y > 0 and are held far away; the strip ends at y = 2 depth. `distance` is that of the load
+    from the side face x = 0.
     """
     far = SIZE * max(depth, distance)
     x = graded((distance,), far, 2.0 * half_width / ACROSS)

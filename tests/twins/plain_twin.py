@@ -39,24 +39,12 @@ def periodic(profile: RoughProfile | None) -> CubicSpline | None:
 
 @dataclass
 class PlainTwin:
-    """Time march of one contact; pressures in p_h, lengths and films in m.
-
-    Parameters
-    ----------
-    contact, lubricant, surfaces
-        As for `ehl.rough.solve_transient`.
-    nodes : int
-        Over the solved length.
-    boundary_film : float
-        h_boundary [m].
-    boundary_friction : float
-        mu_b [-].
-    """
+    """Time march of one contact, as `ehl.rough.solve_transient`; pressures in p_h, lengths and films in m."""
 
     contact: LineContact
     lubricant: Lubricant
     surfaces: RoughSurfaces
-    nodes: int
+    nodes: int  # over the solved length
     boundary_film: float = 30e-9
     boundary_friction: float = 0.1
     failures: int = field(default=0, init=False)

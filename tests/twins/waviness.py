@@ -82,18 +82,8 @@ def linear_attenuation(
         dF/dx = u exp(-i k x) d/dx[exp(i k x) m],    m = rho h + rho' h0 p,    h = delta + K p - exp(-i k x)
         F = f0 dp/dx + f0 dp0/dx [3 h/h0 + (rho'/rho0 - eta'/eta) p],    f0 = rho0 h0^3/(12 eta),    sum p = 0
 
-    with the smooth film (index 0). p = 0 at the inlet and the smooth exit.
-
-    Parameters
-    ----------
-    contact, oil
-        Pure rolling, Newtonian.
-    smooth : SteadyResult
-        Of the same contact.
-    wavelength : float
-        [b].
-    nodes_per_b : float
-        Of the uniform mesh.
+    with the smooth film of the same contact (index 0), pure rolling, Newtonian. p = 0 at the inlet and the smooth exit;
+    wavelength in b.
     """
     b, u = contact.half_width, contact.speed_entrainment
     dx = b / nodes_per_b

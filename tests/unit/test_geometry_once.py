@@ -29,9 +29,7 @@ def calls(monkeypatch: pytest.MonkeyPatch) -> Counter[str]:
     return counts
 
 
-def test_tooth_temperature_and_uncertainty_of_the_command_line_mesh_and_load_once(
-    calls: Counter[str], mixed_ehl: Callable[..., Any]
-) -> None:
+def test_command_line_meshes_and_loads_once(calls: Counter[str], mixed_ehl: Callable[..., Any]) -> None:
     arguments = ("--friction", "xu_kahraman_2007", "--bulk-temperature", "estimate", "--uncertainty", "--json")
     assert mixed_ehl("gear", "fm_spiral_bevel_14x39", *arguments).code == 0
     assert calls == {"flank_pair": 1, "elastic_teeth": 1, "load_grids": 1}

@@ -3,7 +3,6 @@
 import ast
 import importlib
 import pkgutil
-import subprocess
 import sys
 from collections import defaultdict
 from collections.abc import Iterator
@@ -69,18 +68,6 @@ def test_folders_form_no_circle(package: str) -> None:
     graph = arrows(package)
     assert graph
     TopologicalSorter(graph).prepare()  # raises CycleError
-
-
-def test_a_design_is_read_and_loaded_without_libraries_for_tables_units_and_fits() -> None:
-    """Loading them takes longer than the load distribution of a pair."""
-    code = (
-        "import sys, efficiency, ehl; from regression.formula import friction_model; "
-        "pair = efficiency.load('fm_spiral_bevel_14x39'); friction_model('xu_kahraman_2007'); "
-        "ehl.Oil.load(pair.design.operation.oil); import efficiency.pair; "
-        "print([m for m in ('pandas', 'pint', 'scipy.optimize', 'scipy.interpolate') if m in sys.modules])"
-    )
-    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert found.stdout.strip() == "[]"
 
 
 CONSOLE = "ehl.common.console"  # progress bars, options in errors, JSON: what all command lines share

@@ -76,11 +76,6 @@ CARD: list[Change] = [
     ("density_15 = ", "density_15 = 0.88 #", "density_15"),
     ("[viscosity]", "[viscosities]", "viscosities"),
 ]
-CURVES: list[Change] = [
-    ("load [N]", "load [Pa]", "row 4, load"),
-    (",0.009260", "", "friction_coefficient"),
-    (",0.009260", ",0,009260", "row 5"),
-]
 SHEET: list[Change] = [
     ("units, mm", "units, cm", "line 2"),
     ("units, mm", "unit, mm", "mean cone distance"),
@@ -102,7 +97,6 @@ FILES = {
     "gear": ("design", DESIGN, ("gear", "FILE")),
     "calibrate": ("setup", SETUP, ("calibrate", ROOT / "docs/examples/synthetic_traction.csv", "--setup", "FILE")),
     "oil": ("oil", CARD, ("oil", "FILE")),
-    "calibrate ": ("curves", CURVES, ("calibrate", "FILE", "--setup", ROOT / "docs/examples/calibration.toml")),
     "import": ("sheet", SHEET, ("import", "FILE", "-o", "never.toml", "--like", PAIR)),
 }
 IN_FILES = [(command, change) for command, (_, changes, _) in FILES.items() for change in changes]
@@ -112,8 +106,6 @@ IN_FILES = [(command, change) for command, (_, changes, _) in FILES.items() for 
 def right_file(kind: str) -> str:
     if kind == "setup":
         return (ROOT / "docs/examples/calibration.toml").read_text(encoding="utf-8")
-    if kind == "curves":
-        return (ROOT / "docs/examples/synthetic_traction.csv").read_text(encoding="utf-8")
     if kind == "sheet":
         with tempfile.TemporaryDirectory() as folder:
             efficiency.load(PAIR).export(folder, ("summary",))
@@ -145,9 +137,7 @@ def test_mistake_in_a_file(mixed_ehl: Cli, tmp_path: Path, command: str, change:
 
 @pytest.mark.parametrize("like", [(), ("--like", PAIR)])
 @pytest.mark.parametrize("name", ["contact.toml", "synthetic_traction.csv"])
-def test_a_file_without_a_line_of_a_setting_sheet_is_not_imported(
-    mixed_ehl: Cli, tmp_path: Path, name: str, like: tuple[str, ...]
-) -> None:
+def test_other_files_are_not_imported(mixed_ehl: Cli, tmp_path: Path, name: str, like: tuple[str, ...]) -> None:
     outcome = mixed_ehl("import", ROOT / "docs/examples" / name, "-o", tmp_path / "design.toml", *like)
     told(outcome, "summary")
     assert list(tmp_path.iterdir()) == []
@@ -161,8 +151,11 @@ TRACTION, SETUP_FILE = (str(ROOT / "docs/examples" / name) for name in ("synthet
 # right options of a command, and (option, what the user wrote)
 OPTIONS: dict[str, tuple[tuple[Any, ...], dict[str, str], list[tuple[str, str]]]] = {
     "mu": (("mu", "75w90"), POINT, [
-        ("--setup", "none.toml"), ("--output", "x.csv"), ("--plot", "x.xls"), ("--report", "x.txt"), ("--jobs", "0"),
-        ("--fit", "eyring_stres"), ("--oil", "fva33"), ("--seed", "-1"),
+        ("--pressure", "1.2 MN"), ("--pressure", "12 Pa"), ("--radius", "15"), ("--radius", "-15 mm"),
+        ("--speed", "5 rpm"), ("--speed", "0 m/s"), ("--slide-to-roll", "20 m"), ("--slide-to-roll", "nan"),
+        ("--temperature", "90"), ("--temperature", "900 degC"), ("--roughness-rms", "0.4 mm"), ("--lengthwise", "5 m"),
+        ("--roughness-rms", "rough"), ("--finish", "grinded"), ("--oil", "fva33"), ("--correlation-length", "5 km"),
+        ("--peklenik-number", "0"), ("--boundary-friction", "2"), ("--hull", "none.h5"),
     ]),
     "gear": (("gear", PAIR), {}, [
         ("--torque", "300"), ("--torque", "300 rpm"), ("--torque", "nan N m"), ("--speed", "1500"),
@@ -225,8 +218,8 @@ OPTIONS: dict[str, tuple[tuple[Any, ...], dict[str, str], list[tuple[str, str]]]
         ("--units", "si"),
     ]),
     "export formula": (("export", "75w90"), {"--output": "mu.py"}, [
-        ("--language", "pyton"), ("--output", "no/where/mu.py"), ("--oil", "75w91"), ("--output", "my-friction.c"),
-        ("--oil", "fva3"), ("--what", "grid"), ("--member", "pinion"),
+        ("--language", "pyton"), ("--rows", "3"), ("--units", "inch"), ("--oil", "75w91"),
+        ("--output", "my-friction.c"), ("--oil", "fva3"), ("--what", "grid"), ("--member", "pinion"),
     ]),
     "correct": (("correct", PAIR, "none.csv"), {}, [
         ("--order", "3"), ("--uncertainty", "1"),
@@ -248,9 +241,9 @@ OPTIONS: dict[str, tuple[tuple[Any, ...], dict[str, str], list[tuple[str, str]]]
         ("--dask", "local:x"), ("--check-friction", "75w90"),
     ]),
     "fit": (("fit", "gear_fva3_noise"), {"--output": "f.json"}, [
-        ("--family", "shrot"), ("--output", "no/where/f.json"), ("--output", "f.toml"), ("--paths", "none"),
+        ("--family", "shrot"), ("--output", "f.toml"), ("--paths", "none"),
         ("--noise", "none"), ("--plot", "x.xls"), ("--report", "x.pdf"), ("--noise", "gear_75w90_noise"),
-        ("--paths", "gear_75w90_paths"), ("--output", "."), ("--report", "f.json"), ("--report", "none/fit.html"),
+        ("--paths", "gear_75w90_paths"), ("--output", "."), ("--report", "f.json"),
     ]),
     "fit names": (("fit", "--output", "f.json"), {}, [
         (f"{ROOT}/data/plans/demo.toml", "--corners"), (f"{ROOT}/data/oils/75w90.toml", "--corners"),
@@ -261,7 +254,8 @@ OPTIONS: dict[str, tuple[tuple[Any, ...], dict[str, str], list[tuple[str, str]]]
     "sweep": (("sweep", "demo"), {"--output": "r"}, [
         ("--jobs", "0"), ("--jobs", "-3"), ("--shard", "0/4"), ("--shard", "5/4"), ("--time-cap", "600"),
         ("--time-cap", "-1 s"), ("--retries", "-1"), ("--retries", "many"), ("--with", "xu_kahraman_2006"),
-        ("--set", "lubricant.oil"), ("--slurm", "0"), ("--slurm", "many"), ("--dask", "local:0"),
+        ("--set", "lubricant.oil"), ("--slurm", "0"), ("--slurm", "many"), ("--dask", "local:0"), ("--merge", "all.h5"),
+        *(("--slurm 2 --sbatch", option) for option in ("array=1-9", "partition", "comment=two words", "Part=short")),
     ]),
     "calibrate": (("calibrate", TRACTION), {"--setup": SETUP_FILE}, [
         ("--setup", "none.toml"), ("--output", "x.csv"), ("--plot", "x.xls"), ("--report", "x.txt"), ("--jobs", "0"),
@@ -299,7 +293,7 @@ def test_mistake_in_an_option(
     *before, last = option.split()
     given = {name: text for name, text in right.items() if name != last} | {last: value}
     outcome = mixed_ehl(*start, *before, *(part for pair in given.items() for part in pair))
-    told(outcome, last if last in outcome.err else value)
+    told(outcome, last if last in outcome.err else value.partition("=")[0])
     assert list(tmp_path.iterdir()) == []
 
 

@@ -1,9 +1,12 @@
-"""The table of quantities holds every TOML key and every result field."""
+"""Keys and results are in the table of quantities, constants state their basis, the field's words are in the code."""
 
 import dataclasses
+import runpy
 import typing
 from collections.abc import Iterator
+from pathlib import Path
 
+import pytest
 from pydantic import BaseModel
 
 from efficiency.axle.axle_input import AxleInput
@@ -72,3 +75,52 @@ def test_every_column_is_listed() -> None:
 def test_units_of_dataset_columns_are_those_of_the_table() -> None:
     for name, unit in {**UNITS, **NUMBER_UNITS}.items():
         assert quantities()[name].unit == unit
+
+
+def test_every_tuned_constant_states_its_basis() -> None:
+    """The page is made from the comments of the source."""
+    page = runpy.run_path(str(ROOT / "docs" / "make_constants.py"))["page"]()
+    rows = [line.split(" | ") for line in page.splitlines() if line.startswith("| `")]
+    assert sum(row[0].startswith("| `ehl/") for row in rows) > 20
+    for module, name, value, basis in rows:
+        assert len(basis) > 10, (module, name)
+        assert value, (module, name)
+
+
+ROOT = Path(__file__).resolve().parents[2]
+
+# folders: terms of what is computed there; every one of the folders holds them
+WORDS = {
+    "ehl/smooth ehl/rough": "Reynolds equation, Poiseuille, Couette, cavitation",
+    "ehl/smooth": "Swift-Stieber",
+    "ehl/rough": "JFO, Elrod-Adams, side flow, complementarity, asperity",
+    "ehl": "half-space, boundary friction, Moes",
+    "ehl efficiency": "Hertz",
+    "ehl/fluid": (
+        "Ree-Eyring, Carreau, limiting shear stress, Roelands, Barus, Walther, pressure-viscosity "
+        "coefficient, Dowson-Higginson"
+    ),
+    "regression": "load sharing, Sobol, conformal, convex hull",
+    "ehl regression": "film ratio",
+    "ehl/surface": "correlation length",
+    "ehl/surface ehl/rough": "Peklenik",
+    "ehl/heat efficiency/loss": "flash temperature",
+    "ehl/heat": "Peclet, Jaeger",
+    "efficiency/loss": "Blok, Coleman, Buckingham",
+    "regression/fitting": "cross-validation",
+    "regression/friction regression/fitting": "neural networks",
+    "efficiency/contact": "ease-off, Litvin, TCA, contact pattern, transmission error",
+    "efficiency/ltca": "LTCA, Weber",
+    "efficiency/blanks efficiency/cutting": "undercut",
+    "efficiency/cutting": "cradle, tilt, swivel, equation of meshing",
+    "efficiency/blanks": "hypoid offset, spiral angle",
+}
+
+
+@pytest.mark.parametrize("places", WORDS)
+def test_words_are_found_where_it_is_computed(places: str) -> None:
+    for place in places.split():
+        # a term may be broken over two lines of a docstring
+        files = sorted((ROOT / place).rglob("*.py"))
+        text = " ".join(" ".join(file.read_text(encoding="utf-8") for file in files).lower().split())
+        assert [word for word in WORDS[places].split(", ") if word.lower() not in text] == [], place

@@ -37,7 +37,7 @@ def test_a_file_is_replaced_only_when_it_is_whole(tmp_path: Path, monkeypatch: p
 
 def test_links_modes_and_folders_stay(tmp_path: Path) -> None:
     path, link = tmp_path / "new" / "result.json", tmp_path / "link"
-    write_file(path, b"one", folder=True)
+    write_file(path, b"one")
     path.chmod(0o640)
     link.symlink_to(path)
     write_file(link, "two")

@@ -41,7 +41,6 @@ NUMBER = re.compile(rf"\d+(?:\.\d+)*|\b(?:{'|'.join(WORDS)})\b", re.I)
 def code(language: str, page: str = "README.md") -> str:
     """The first block of a language on a page."""
     found = re.search(rf"^```{language}\n(.*?)^```", (ROOT / page).read_text(encoding="utf-8"), re.S | re.M)
-    assert found is not None
     return found[1]
 
 
@@ -65,7 +64,6 @@ def cluster() -> list[float]:
     given = {name: value for name, value in pairwise(words) if name.startswith("--")}
     script = slurm_script("demo", "run", int(given["--slurm"]), merge=given["--merge"], fit=given["--fit"])
     found = re.search(r"--array=1-(\d+)", script)
-    assert found is not None
     return [script.count("$(sbatch"), float(found[1])]
 
 

@@ -1,7 +1,8 @@
-"""References of results: every law, formula and standard in use has an entry, every entry a use."""
+"""Every law, formula and standard in use has an entry of references, every reason of the program a sentence."""
 
 from __future__ import annotations
 
+import ast
 import tomllib
 from pathlib import Path
 from typing import get_args
@@ -11,7 +12,8 @@ import pytest
 import efficiency
 import ehl
 from efficiency.axle.axle_input import MethodsInput
-from ehl.common.data import data_path
+from ehl.common.data import _sentences, data_path, reason_text
+from ehl.common.errors import ConvergenceError
 from ehl.common.references import Citation
 from regression.friction.published_registry import PUBLISHED
 
@@ -63,10 +65,43 @@ def test_text_and_bibtex():
 
 
 def test_citation_and_licence_are_those_of_the_package() -> None:
-    root = Path(__file__).resolve().parents[2]
-    project = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    citation = (root / "CITATION.cff").read_text(encoding="utf-8").splitlines()
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8").splitlines()
     assert f"version: {project['version']}" in citation
     assert f"license: {project['license']}" in citation
     [licence] = project["license-files"]
-    assert (root / licence).read_text(encoding="utf-8").startswith("BSD 3-Clause License")
+    assert (ROOT / licence).read_text(encoding="utf-8").startswith("BSD 3-Clause License")
+
+
+ROOT = Path(__file__).resolve().parents[2]
+RAISED = {"ConvergenceError", "NewtonFailure"}
+LISTS = {"REASONS", "Reason", "FALLBACKS", "FINAL_REASONS", "TIME_CAP", "WORKER_CRASHED"}
+
+
+def reasons() -> set[str]:
+    """Codes of errors, of the lists of reasons, and of `reason=` arguments."""
+    found: set[str] = set()
+    for path in (path for package in ("ehl", "regression", "efficiency") for path in (ROOT / package).rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            parts: list[ast.expr] = []
+            if isinstance(node, ast.Call):
+                parts = [keyword.value for keyword in node.keywords if keyword.arg == "reason"]
+                parts += node.args[:1] if getattr(node.func, "id", "") in RAISED else []
+            elif isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") in LISTS:
+                parts = [each for each in ast.walk(node.value) if isinstance(each, ast.Constant)]
+            found |= {p.value for p in parts if isinstance(p, ast.Constant) and isinstance(p.value, str)}
+    return {text.partition(":")[0] for text in found if text}
+
+
+def test_every_reason_has_a_sentence() -> None:
+    assert len(reasons()) > 50
+    assert not reasons() - _sentences().keys()
+    assert all(" " in sentence for sentence in _sentences().values())
+
+
+@pytest.mark.parametrize("detail", ["", ": the coast flank ends"])
+def test_a_reason_is_said_in_words(detail: str) -> None:
+    said = _sentences()["undercut"]
+    assert reason_text(f"undercut{detail}") == said + detail
+    assert str(ConvergenceError("undercut", detail[2:])).startswith(said)
+    assert reason_text("any other text: 3") == "any other text: 3"

@@ -73,17 +73,13 @@ def failing(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.Capt
     return command
 
 
-def test_a_lack_of_memory_is_one_sentence_and_no_fault_of_the_program(
-    failing: Callable[..., Any], tmp_path: Path
-) -> None:
+def test_a_lack_of_memory_is_one_sentence_and_no_fault_of_the_program(failing: Cli, tmp_path: Path) -> None:
     assert failing(lambda: bytearray(2**60))[0] == 1
     assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("error", [RuntimeError("[/bold] unforeseen"), OSError(5, "unforeseen")])
-def test_a_fault_of_the_program_is_one_sentence_and_a_log(
-    error: Exception, failing: Callable[..., Any], tmp_path: Path
-) -> None:
+def test_a_fault_of_the_program_is_one_sentence_and_a_log(error: Exception, failing: Cli, tmp_path: Path) -> None:
     def fail() -> None:
         raise error
 
@@ -97,9 +93,7 @@ def test_a_fault_of_the_program_is_one_sentence_and_a_log(
     assert ehl.__version__ in log.read_text(encoding="utf-8")
 
 
-def test_a_fault_without_a_place_for_its_log(
-    failing: Callable[..., Any], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_a_fault_without_a_place_for_its_log(failing: Cli, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     (tmp_path / "deleted").mkdir()
     monkeypatch.chdir(tmp_path / "deleted")
     (tmp_path / "deleted").rmdir()
@@ -414,7 +408,6 @@ def test_files_are_written_whatever_becomes_of_standard_output(closed: tuple[int
     command = [*MAIN, "solve", str(case(tmp_path, CONTACT)), "--report", str(page)]
     shut = partial(os.closerange, min(closed), max(closed) + 1) if closed else None
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, preexec_fn=shut) as run:
-        assert run.stdout is not None
         run.stdout.close()
         assert run.wait() == (0 if 1 in closed else 1)
     assert page.read_text(encoding="utf-8").rstrip().endswith("</html>")
@@ -457,16 +450,8 @@ def test_outputs_are_checked_before_anything_is_computed(
     def begun(*_: object, **__: object) -> None:
         raise AssertionError
 
-    for name in (
-        "load",
-        "Axle",
-        "blank",
-        "sized_for_load",
-        "import_design",
-        "machine_corrections",
-        "study",
-        "optimise",
-    ):
+    names = ("load", "Axle", "blank", "sized_for_load", "import_design", "machine_corrections", "study", "optimise")
+    for name in names:
         monkeypatch.setattr(efficiency, name, begun)
     monkeypatch.setattr(regression, "Run", begun)
     option = command[-1].lstrip("-")
@@ -479,12 +464,8 @@ def test_outputs_are_checked_before_anything_is_computed(
 
 
 def test_a_terminal_without_greek_letters() -> None:
-    run = subprocess.run(
-        [*MAIN, "sweep", "demo", "--estimate", "--set", 'name="μ"'],
-        env={**os.environ, "PYTHONIOENCODING": "ascii"},
-        capture_output=True,
-        text=True,
-    )
+    command, ascii_only = [*MAIN, "sweep", "demo", "--estimate", "--set", 'name="μ"'], {"PYTHONIOENCODING": "ascii"}
+    run = subprocess.run(command, env=os.environ | ascii_only, capture_output=True, text=True)
     assert run.returncode == 0, run.stderr
 
 
@@ -531,21 +512,20 @@ def test_doctor_without_the_installed_distribution(monkeypatch: pytest.MonkeyPat
 
 
 @pytest.mark.parametrize(("name", "constant"), [("B", "1e400"), ("B", "3e5"), ("C", "1e308"), ("C", "-1e200")])
-def test_constants_of_an_oil_without_a_viscosity_are_refused(
-    name: str, constant: str, mixed_ehl: Cli, tmp_path: Path
-) -> None:
+def test_oils_without_a_viscosity_are_refused(name: str, constant: str, mixed_ehl: Cli, tmp_path: Path) -> None:
     card = (Path(regression.__file__).parents[1] / "data" / "oils" / "fva3.toml").read_text(encoding="utf-8")
     old = next(line for line in card.splitlines() if line.startswith(f"{name} = "))
     refused(mixed_ehl("oil", case(tmp_path, card.replace(old, f"{name} = {constant}"))))
 
 
-def test_texts_of_other_encodings_are_refused(tmp_path: Path) -> None:
-    path = tmp_path / "latin.csv"
-    path.write_bytes("Öl".encode("latin-1"))
+@pytest.mark.parametrize("encoding", ["latin-1", "utf-8-sig", "utf-16"])
+def test_texts_of_other_encodings_are_read(encoding: str, tmp_path: Path) -> None:
+    path = tmp_path / "text.csv"
+    path.write_bytes("Öl; 90 °C".encode(encoding))
+    assert read_text(path, "file", "a text") == "Öl; 90 °C"
+    path.write_bytes(b"0" + path.read_bytes() + b"\x00\x01")
     with pytest.raises(InputError):
         read_text(path, "file", "a text")
-    path.write_bytes("\ufeffÖl".encode())
-    assert read_text(path, "file", "a text") == "Öl"
 
 
 def test_no_duration_comes_from_a_clock_that_jumps() -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from samples import contact_case
 from threadpoolctl import threadpool_info, threadpool_limits
 
 import efficiency
@@ -22,16 +23,7 @@ SEVERAL = 3
 DESIGN = "fm_spiral_bevel_14x39"
 PAIR = efficiency.load(DESIGN)
 MODEL = "xu_kahraman_2007"
-CONTACT = ehl.Contact(
-    viscosity_inlet=0.04,
-    pressure_viscosity="18 1/GPa",
-    pressure_hertz="1 GPa",
-    radius_equivalent="10 mm",
-    speed_entrainment="5 m/s",
-    slide_to_roll=0.2,
-    thermal="off",
-    accuracy="fast",
-)
+CONTACT = contact_case(model={"thermal": "off", "accuracy": "fast"})
 
 
 class Reached(BaseException):
@@ -85,7 +77,7 @@ OTHERS = {
 
 
 @pytest.mark.parametrize("name", COMPUTATIONS)
-def test_one_thread_inside_and_those_of_the_caller_after(
+def test_one_thread_inside_those_of_the_caller_after(
     name: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     make, call, inner = COMPUTATIONS[name]

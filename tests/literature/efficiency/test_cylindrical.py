@@ -27,7 +27,6 @@ REPORTS = {
 @cache
 def pair(name: str, sharing: str = "rigid") -> CylindricalPair:
     found = efficiency.load(name)
-    assert isinstance(found, CylindricalPair)
     return CylindricalPair(found.design.model_copy(update={"load_share": sharing}))
 
 

@@ -50,7 +50,6 @@ def test_gear_at_high_speed_is_outside() -> None:
 def test_deviation_is_that_of_the_page() -> None:
     page = (ROOT / "docs" / "validation_truth.md").read_text(encoding="utf-8")
     row = re.search(r"\| mean mesh friction \| (\d+) \| \+(\d+) % \| (\d+) %", page)
-    assert row is not None
     known = measured_states()
     assert [known["states"], round(100 * known["bias"]), round(100 * known["deviation"])] == [
         int(n) for n in row.groups()

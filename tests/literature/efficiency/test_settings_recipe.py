@@ -17,14 +17,8 @@ from efficiency.contact.contact_search import transmission
 from efficiency.contact.ease_off import conjugate_points, ease_off, pinion_phase
 from efficiency.contact.mesh_surface import mesh_surface
 from efficiency.cutting.cutter import FLANK_SIDES, FlankSide
-from efficiency.machine_settings.conjugate import (
-    ConjugateFlankStart,
-    conjugate_start,
-    fit_grid,
-    opposite,
-    target_flank,
-    target_relief,
-)
+from efficiency.machine_settings import conjugate
+from efficiency.machine_settings.conjugate import conjugate_start, fit_grid, target_flank, target_relief
 from efficiency.machine_settings.fit import PARAMETERS, FitParameter, TargetFlank, fit, measure
 from efficiency.machine_settings.gear import PairDimensions, cut_gear, pair_dimensions
 from efficiency.machine_settings.generating import tilt_and_swivel
@@ -35,7 +29,7 @@ DEG, TARGET = np.pi / 180.0, FlankTarget()
 
 
 @cache
-def pair_of(offset: float = 0.03175) -> tuple[PairDimensions, dict[FlankSide, ConjugateFlankStart]]:
+def pair_of(offset: float = 0.03175) -> tuple[PairDimensions, dict[FlankSide, conjugate.ConjugateFlankStart]]:
     """The pair with a Formate gear and its conjugate pinion flanks; a smaller offset needs another addendum."""
     blank = load_blank("fh_hypoid_9x34").model_copy(update={"gear_cutting": "formate"})
     if offset < 0.03:
@@ -78,14 +72,12 @@ def test_gear_settings_are_the_given_ones() -> None:
     ("side", "rms", "largest", "missing", "together"),
     [("convex", 1.27, 6.8, 0, 13.75), ("concave", 1.45, 5.8, 3, 14.37)],
 )
-def test_given_settings_have_the_given_residual_and_transmission_error(
-    side: FlankSide, rms: float, largest: float, missing: int, together: float
-) -> None:
+def test_given_settings(side: FlankSide, rms: float, largest: float, missing: int, together: float) -> None:
     pair, starts = pair_of()
     gear, grid, start = cut_gear(pair), fit_grid(pair), starts[side]
     flank = replace(hobbed_pinion(side), blank=pair.pinion)
     # the rotation of the flank about its axis is not part of the given settings: the best one is taken
-    mate = gear.flank(opposite(side))
+    mate = gear.flank(conjugate.opposite(side))
     middle = mate.solve(np.array([grid.u[67]]), np.array([grid.h[67]]))[0]
     phase = pinion_phase(conjugate_points(middle, pair.assembly), flank)
     parameters = ease_off(start.points, flank, phase)[1]

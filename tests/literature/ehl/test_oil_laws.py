@@ -11,8 +11,7 @@ from ehl.fluid.density import density_at, dowson_higginson_1966
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
 from ehl.fluid.oil_laws import GoldAlpha, TabulatedAlpha
-from ehl.fluid.rheology import LinearStress
-from ehl.fluid.viscosity import GOLD_COEFFICIENTS, ModulusViscosity, gold_2001, walther_1931, walther_slope
+from ehl.fluid.viscosity import GOLD_COEFFICIENTS, gold_2001, walther_1931, walther_slope
 from ehl.line_contact import LineContact
 from ehl.material import Material, effective_modulus
 
@@ -133,7 +132,6 @@ def test_modulus_law_by_hand() -> None:
     """ln eta/eta0 = p/(a1 + a2 t + (b1 + b2 t) p), eta0 = K exp(B/(t + C)), t in degC."""
     card = Oil.load("fva3")
     law = card.viscosity
-    assert isinstance(law, ModulusViscosity)
     oil = card.at(353.15)
     for pressure, celsius in ((0.6e9, 80.0), (1.2e9, 110.0)):
         thermal = math.log(law.K) + law.B / (celsius + law.C)
@@ -159,7 +157,6 @@ def test_eyring_stress_of_mineral_oil_meets_the_published_one_of_fva3_below_cont
     card = Oil.load("fva3")
     for temperature, stress in ((288.15, 8.1e6), (313.15, 8.8e6), (333.15, 9.4e6), (373.15, 10.5e6)):
         law = card.at(temperature).eyring_stress
-        assert isinstance(law, LinearStress)
         assert law(0.3e9) < stress < law(0.8e9)
 
 

@@ -127,6 +127,7 @@ def test_closed_form_of_the_roelands_secant() -> None:
     assert alpha_of(RoelandsLaw(0.0106, 9.68e-9, 373.15, 0.03), "secant_200") == pytest.approx(7.62e-9, rel=1e-3, abs=0)
 
 
+BASE = {"pressure_hertz": 1e9, "radius_equivalent": 0.01, "speed_entrainment": 5.0}
 GOLD = {"law": "gold", "base": "pao", "anchor_temperature": 373.15, "anchor_value": 9.68e-9}
 TABLE = {"law": "table", "temperature": (313.15, 353.15, 373.15), "value": (21e-9, 17e-9, 16e-9)}
 
@@ -140,9 +141,7 @@ def card(definition: AlphaDefinition, alpha: dict[str, object], law: str = "roel
 
 @pytest.mark.parametrize("definition", DEFINITIONS)
 @pytest.mark.parametrize(("alpha", "law"), [(GOLD, "roelands"), (TABLE, "roelands"), (GOLD, "barus")])
-def test_cards_hold_their_stated_coefficient_at_all_temperatures(
-    definition: AlphaDefinition, alpha: dict[str, object], law: str
-) -> None:
+def test_cards_hold_their_stated_coefficient(definition: AlphaDefinition, alpha: dict[str, object], law: str) -> None:
     oil = card(definition, alpha, law)
     temperature = np.linspace(-40.0, 200.0, 41) + KELVIN
     lubricant = oil.at(temperature)
@@ -188,13 +187,7 @@ def test_cards_without_the_meaning_of_their_coefficient_say_so() -> None:
     assert "alpha_definition" in silent.remarks()[0]
     assert silent.at(373.15).pressure_viscosity == pytest.approx(9.68e-9, rel=1e-12, abs=0.0)
     assert card("secant_200", GOLD).remarks() == ()
-    contact = Contact(
-        viscosity_inlet=0.02,
-        pressure_viscosity=18e-9,
-        pressure_hertz=1e9,
-        radius_equivalent=0.01,
-        speed_entrainment=5.0,
-    )
+    contact = Contact(**BASE, viscosity_inlet=0.02, pressure_viscosity=18e-9)
     assert "alpha_definition" in contact.lubricant.remarks()[0]
     stated = contact.replace(alpha_definition="slope")
     assert not any("alpha_definition" in remark for remark in stated.lubricant.remarks())
@@ -202,19 +195,18 @@ def test_cards_without_the_meaning_of_their_coefficient_say_so() -> None:
 
 @pytest.mark.parametrize("definition", DEFINITIONS)
 def test_lubricants_given_by_numbers_hold_their_stated_coefficient(definition: AlphaDefinition) -> None:
-    base = {"pressure_hertz": 1e9, "radius_equivalent": 0.01, "speed_entrainment": 5.0}
     stated = {"pressure_viscosity": 15e-9, "alpha_definition": definition, "temperature": 373.15}
     glass = {"law": "yasutomi_improved", "Tg0": "-71.70 degC", "A1": 210.6, "A2": "0.455 1/GPa"}
     glass |= {"b1": "7.606 1/GPa", "b2": -0.4193, "C1": 16.372, "C2": 29.99}
     for lubricant in (
-        Contact(**base, **stated, viscosity_inlet=0.02).lubricant.lubricant(),
-        Contact(**base, **stated, viscosity_inlet=0.02, viscosity_law="barus").lubricant.lubricant(),
-        Contact(**base, **stated, viscosity=glass).lubricant.lubricant(),
+        Contact(**BASE, **stated, viscosity_inlet=0.02).lubricant.lubricant(),
+        Contact(**BASE, **stated, viscosity_inlet=0.02, viscosity_law="barus").lubricant.lubricant(),
+        Contact(**BASE, **stated, viscosity=glass).lubricant.lubricant(),
     ):
         assert alpha_of(lubricant.pressure_law, definition) == pytest.approx(15e-9, rel=1e-10, abs=0.0)
         law = lubricant.pressure_law
         assert lubricant.pressure_viscosity == pytest.approx(alpha_of(law, "slope"), rel=1e-10, abs=0.0)
-    own = Contact(**base, viscosity=glass, temperature=373.15).lubricant.lubricant()
+    own = Contact(**BASE, viscosity=glass, temperature=373.15).lubricant.lubricant()
     assert own.viscosity_inlet == pytest.approx(0.01154, rel=1e-3)
     assert alpha_of(own.pressure_law, "secant_200") == pytest.approx(14.14e-9, rel=1e-3, abs=0.0)
 
@@ -295,7 +287,7 @@ def test_equations_of_state_by_their_bulk_modulus(state: Tait | Murnaghan, power
 
 def test_constants_with_which_the_viscosity_falls_or_has_a_pole_are_refused() -> None:
     """5P4E's original form is at its largest near 1.2 GPa at 100 degC; b1 below zero is a pole at a1/|b1|."""
-    base = {"pressure_hertz": 1e9, "radius_equivalent": 0.01, "speed_entrainment": 5.0, "temperature": 373.15}
+    base = BASE | {"temperature": 373.15}
     ether = {"law": "yasutomi_original", "Tg0": "-28.2 degC", "A1": 134.2, "A2": "1.929 1/GPa"}
     ether |= {"B1": 4.815, "B2": "0.160 1/GPa", "C1": 16.01, "C2": 20.69}
     assert Contact(**base, viscosity=ether).lubricant.lubricant().viscosity_inlet == pytest.approx(0.0164, rel=1e-2)
@@ -308,7 +300,7 @@ def test_constants_with_which_the_viscosity_falls_or_has_a_pole_are_refused() ->
 
 def test_beyond_the_measured_pressure_the_law_goes_on_and_its_tangent_bounds_it() -> None:
     """Modulus law: L = p/(A + B p), tangent A/(A + B p)^2."""
-    base = {"pressure_hertz": 1.5e9, "radius_equivalent": 0.01, "speed_entrainment": 5.0, "temperature": 373.15}
+    base = BASE | {"pressure_hertz": 1.5e9, "temperature": 373.15}
     law = {"law": "modulus", "K": 6e-5, "B": 1000.0, "C": 100.0, "a1": 8e7, "a2": 0.0, "b1": 0.05, "b2": 0.0}
     oil = Contact(**base, viscosity=law, pressure_valid="0.7 GPa").lubricant.lubricant()
     at, end = (p / (8e7 + 0.05 * p) for p in (1.5e9, 0.7e9))

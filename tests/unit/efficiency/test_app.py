@@ -159,9 +159,7 @@ def test_finish_by_name(bench: Bench, scene: Scene, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("shape", [{}, {"lengthwise_crowning": "60", "tip_relief": "10"}])
-def test_design_file_and_script_give_the_number_of_the_page(
-    bench: Bench, scene: Scene, tmp_path: Path, shape: dict[str, str]
-) -> None:
+def test_files_give_the_number_of_the_page(bench: Bench, scene: Scene, tmp_path: Path, shape: dict[str, str]) -> None:
     asked = changed(scene, speed="1000", roughness_rms_pinion="0.25", P="-0.04", torque="", **shape)
     expected = bench.answer(asked).result.efficiency
     design = tmp_path / "design.toml"
@@ -229,7 +227,6 @@ def address() -> Iterator[str]:
     # with this variable NiceGUI waits for a test client of its own
     plain = {name: value for name, value in os.environ.items() if name != "PYTEST_CURRENT_TEST"}
     with subprocess.Popen([*command, "--port", str(port)], stderr=subprocess.PIPE, env=plain, text=True) as server:
-        assert server.stderr is not None
         printed = next(line.split()[0] for line in server.stderr if line.startswith("http://"))
         for _ in range(600):
             with socket.socket() as trial:
@@ -255,11 +252,8 @@ UPGRADE = {
 
 
 class Caller:
-    """Sends requests to the page as a browser or another program does."""
-
     def __init__(self, address: str) -> None:
         parts = urlsplit(address)
-        assert parts.port is not None
         self.port, self.host, self.query = parts.port, parts.netloc, parts.query
 
     def get(self, path: str, method: str = "GET", **headers: str) -> tuple[int, Message, str]:
@@ -273,7 +267,6 @@ class Caller:
         return found.status, found.headers, content
 
     def socket(self, **headers: str) -> int:
-        """Status of the attempt to open a websocket."""
         return self.get(f"{SOCKET}websocket", **UPGRADE, **headers)[0]
 
 

@@ -1,7 +1,6 @@
 """Misalignment study and contact pattern: values, files, figures, command."""
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -41,7 +40,6 @@ def pair() -> FlankPair:
 
 
 def test_points_of_the_study_are_those_of_single_pairs(study: MisalignmentStudy) -> None:
-    """Reused flank points give what a pair computed alone gives."""
     assert [(p.E, p.P) for p in study.points] == [(e, p) for e in (-1e-4, 0.0, 2e-4) for p in (0.0, 5e-5)]
     for point in study.points[::2]:
         alone = flank_pair(load_design(BEVEL).with_misalignment(E=point.E, P=point.P).flanks())
@@ -112,8 +110,12 @@ def test_pattern_grows_with_the_marking_and_lies_around_the_path(pair: FlankPair
     # the same points on the pinion: toe to toe, tip to root
     assert np.corrcoef(thin.gear_u.ravel(), thin.pinion_u.ravel())[0, 1] > 0.9
     assert np.corrcoef(thin.gear_height.ravel(), thin.pinion_height.ravel())[0, 1] < -0.9
-    nothing = pair.pattern(1e-12)
-    assert nothing.area_share < 1e-3
+    assert pair.pattern(1e-12).area_share < 1e-3
+    # a pinion far too high in the mesh runs on the tip of the gear
+    moved = flank_pair(load_design(BEVEL).with_misalignment(E=2e-4).flanks())
+    assert (pair.transmission.edges, moved.transmission.edges) == ((), ("gear tip",))
+    assert bool(moved.notes) > bool(pair.notes)
+    assert "gear tip" in moved.pattern().edges
 
 
 def test_random_states_have_the_given_deviations_and_a_distribution() -> None:
@@ -184,7 +186,7 @@ def test_blade_angle_error_is_a_profile_slope() -> None:
 
 
 @pytest.mark.usefixtures("commands_alone")
-def test_tolerance_of_a_pair_on_the_command_line(mixed_ehl: Callable[..., Any]) -> None:
+def test_tolerance_of_a_pair_on_the_command_line(mixed_ehl: Any) -> None:
     friction = ("--friction", "constant:0.05", "--json")
     outcome = mixed_ehl("gear", BEVEL, "--tolerance", "2", "--accuracy-grade", "6", *friction)
     [study] = json.loads(outcome.out)["studies"]
@@ -220,7 +222,7 @@ def test_sections_and_figures_pass_through_the_aligned_pair(study: MisalignmentS
         assert pattern.area_share == pytest.approx(point.pattern_area, rel=1e-9)
 
 
-def test_states_at_a_torque_are_those_of_the_loaded_pair(mixed_ehl: Callable[..., Any], tmp_path: Path) -> None:
+def test_states_at_a_torque_are_those_of_the_loaded_pair(mixed_ehl: Any, tmp_path: Path) -> None:
     """The V-H check under load: same numbers as the pair set up in that state, next to the unloaded ones."""
     options = ("--torque", "300 N m", "--friction", "constant:0.05", "--speed", "1500 rpm")
     outcome = mixed_ehl("misalignment", BEVEL, "--E", "-0.1:0.1:2 mm", *options, "--json", "--plot", tmp_path)

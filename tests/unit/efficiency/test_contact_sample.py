@@ -23,7 +23,6 @@ def test_planes_are_exact_and_smooth_functions_close() -> None:
     other = 0.1 + 0.8 * family(40, 4)[0]  # among the contacts: beyond their range values are cut
     wanted = law(other)
     prediction = predict(other, place, found, np.ones(60))
-    assert prediction is not None
     inside = np.clip(1.0 + other @ [0.5, 0.2, -0.1], found[1].min(), found[1].max())
     np.testing.assert_allclose(prediction.values[1], inside, atol=1e-9)
     np.testing.assert_allclose(prediction.weights.sum(axis=1), 1.0, atol=1e-9)
@@ -37,24 +36,19 @@ def test_scatter_is_smoothed() -> None:
     noise = 0.3 * np.random.default_rng(5).standard_normal(80)
     other, wanted = family(200, 6)
     prediction = predict(other, place, exact + noise, np.ones(80))
-    assert prediction is not None
     assert np.sqrt(np.mean((prediction.values[0] - wanted[0]) ** 2)) < 0.6 * 0.3
     # each is missed by its own scatter and a little more
     assert 0.25 < np.sqrt(np.mean(prediction.missed**2)) < 0.45
 
 
 @pytest.mark.parametrize("scatter", [0.0, 0.3])
-def test_what_a_contact_is_missed_by_is_that_of_a_spline_without_it(
-    scatter: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_contact_is_missed_by_as_much_as_without_it(scatter: float, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "_SMOOTHING", (scatter,))
     place, found = family(40)
     prediction = predict(place, place, found, np.ones(40))
-    assert prediction is not None
     for left_out in (0, 17, 39):
         others = np.arange(40) != left_out
         without = predict(place[[left_out]], place[others], found[:, others], np.ones(39))
-        assert without is not None
         value = float((without.weights @ found[0, others])[0])
         assert prediction.missed[left_out] == pytest.approx(found[0, left_out] - value, abs=1e-9)
 
@@ -64,7 +58,6 @@ def test_contacts_in_a_plane_of_the_coordinates() -> None:
     place[:, 2] = place[:, 0]
     found = (2.0 * place[:, 0] + place[:, 1])[None, :]
     prediction = predict(place, place, found, np.ones(len(place)))
-    assert prediction is not None
     np.testing.assert_allclose(prediction.values, found, atol=1e-8)
 
 

@@ -10,7 +10,6 @@ import pytest
 from refusals import refuses
 
 from efficiency.contact.conjugate import read_ease_off_map
-from efficiency.cutting.flank import CutFlank
 from efficiency.design.design import load_design
 from efficiency.machine_settings.conjugate import target_relief
 from efficiency.machine_settings.correction import machine_corrections
@@ -29,7 +28,6 @@ def grids(folder: Path, name: str, changes: dict[str, float], noise: float = 0.0
         if sides not in ("both", side):
             continue
         flank = design.flank("pinion", side)
-        assert isinstance(flank, CutFlank)
         off = replace(flank.machine, **{key: getattr(flank.machine, key) + by for key, by in changes.items()})
         grid = inspection_grid(replace(flank, machine=off), 7, 11, 0.08)
         shift = noise * rng.standard_normal(grid.u.shape)
@@ -115,7 +113,6 @@ def test_one_flank_of_a_completing_pinion_is_told(tmp_path: Path) -> None:
     [
         ({"uncertainty": "1 mm"}, 1, "pinion", "uncertainty"),
         ({"uncertainty": "1 N"}, 1, "pinion", "uncertainty"),
-        ({"order": 3}, 1, "pinion", "order"),
         ({}, 0, "pinion", "grids"),
         ({}, 2, "pinion", "grids"),
         ({}, 1, "gear", "row 1, column 11"),

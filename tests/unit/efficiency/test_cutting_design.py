@@ -85,7 +85,6 @@ def load(folder: Path, text: str, *changes: tuple[str, str]) -> Design:
 
 
 def cut(flank: Flank) -> CutFlank:
-    assert isinstance(flank, CutFlank)
     return flank
 
 
@@ -193,7 +192,6 @@ def test_pinion_given_by_points(tmp_path: Path) -> None:
 
 
 def test_pinion_given_by_an_ease_off(tmp_path: Path) -> None:
-    """Amounts, a table of points and a term of third order."""
     rows = "".join(f"{x},{y},{5.0 * x * x + 2.0 * y}\n" for x in (-1.0, -0.5, 0.0, 0.5, 1.0) for y in (-1.0, 0.0, 1.0))
     (tmp_path / "map.csv").write_text(f"# um\nlength,depth,ease_off\n{rows}", encoding="utf-8")
     relief = 'lengthwise_crowning = "35 um", profile_crowning = "12 um", map = "map.csv"'

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from reference_flanks import hobbed_pinion
 from samples import GEAR_BLANK as BLANK
 
-from efficiency.cutting import newton
 from efficiency.cutting.cutter import Blade, Protuberance, Relief
 from efficiency.cutting.flank import CutFlank, Flank, index_start
 from efficiency.cutting.machine import FORMATE, GENERATED, MachineSettings
@@ -33,19 +33,7 @@ MACHINE = MachineSettings(
     vertical_motion_2=0.003,
     vertical_motion_3=-0.001,
 )
-HOB = Blade(
-    0.076,
-    0.35,
-    "concave",
-    curvature=-1.5,
-    reference_height=0.005,
-    groups=13,
-    offset_angle=0.35,
-    phase=0.1,
-    rake=0.2,
-    hook=0.1,
-    radius_offset=0.001,
-)
+HOB = replace(hobbed_pinion("concave").blade, phase=0.1, rake=0.2, hook=0.1)
 BLADES = {
     "straight mill": Blade(0.1, 0.35, "concave"),
     "curved mill": Blade(0.1, 0.35, "convex", 2.0, reference_height=0.004, edge_radius=0.001),
@@ -58,37 +46,6 @@ BLADES = {
     ),
     "fillet": Blade(0.1, 0.35, "concave", edge_radius=0.001, part="fillet"),
 }
-
-
-@pytest.mark.parametrize("side", ["concave", "convex"])
-@pytest.mark.parametrize("curvature", [0.0, 2.0, -2.0])
-def test_blade_normal_is_square_to_the_surface_and_points_out_of_the_tooth(side: str, curvature: float) -> None:
-    blade = Blade(0.1, 0.35, side, curvature)  # type: ignore[arg-type]
-    x = np.array([[0.0, 0.004, 0.009], [-0.9, 0.3, 2.0]])
-
-    def surface(y: np.ndarray) -> np.ndarray:
-        return np.asarray(blade.surface(y[0], y[1])[0])
-
-    point, jacobian = newton.complex_jacobian(surface, x)
-    normal = np.asarray(blade.surface(x[0], x[1])[1])
-    np.testing.assert_allclose(np.linalg.norm(normal, axis=0), 1.0, rtol=1e-14)
-    assert np.abs(np.einsum("in,nik->nk", normal, jacobian)).max() < 1e-15
-    # unit speed along the edge, also of a curved one
-    np.testing.assert_allclose(np.linalg.norm(jacobian[:, :, 0], axis=1), 1.0, rtol=1e-13)
-    # the outside blade leaves the tooth outside its cone: out of that tooth is towards the axis
-    radial = (normal[:2] * point[:2]).sum(axis=0)
-    assert (radial * (-1.0 if side == "concave" else 1.0) > 0.0).all()
-
-
-def test_curved_blade_is_an_arc_through_the_tip() -> None:
-    straight, curved = Blade(0.1, 0.35, "concave"), Blade(0.1, 0.35, "concave", 4.0)
-    s = np.linspace(0.0, 0.01, 5)
-    points = np.asarray(curved.surface(s, np.zeros(5))[0])
-    first = np.asarray(straight.surface(s, np.zeros(5))[0])
-    np.testing.assert_allclose(points[:, 0], first[:, 0], atol=1e-18)
-    # deviation from the tangent of an arc: s^2 curvature/2 to leading order
-    away = np.linalg.norm(points - first, axis=0)
-    np.testing.assert_allclose(away[1:], 2.0 * s[1:] ** 2, rtol=2e-3)
 
 
 def parameters(seed: int = 1, count: int = 7) -> np.ndarray:
@@ -105,38 +62,12 @@ def test_work_turns_and_shifts_as_the_trade_names_say() -> None:
     np.testing.assert_allclose(pose.work[0], expected, rtol=1e-14)
     np.testing.assert_allclose(pose.shift[0][1], 0.003 - 0.002 * phi + 0.003 * phi**2 / 2 - 0.001 * phi**3 / 6)
     np.testing.assert_allclose(pose.shift[0][2], -(0.002 + 0.004 * phi + 0.001 * phi**2 / 2 + 0.002 * phi**3 / 6))
-    for values in (pose.work, pose.shift):
-        ahead = m.at(phi + 1e-6)
-        behind = m.at(phi - 1e-6)
+    for values, ahead, behind in (
+        (getattr(pose, name), *(getattr(m.at(phi + step), name) for step in (1e-6, -1e-6)))
+        for name in ("work", "shift")
+    ):
         for k in (0, 1):
-            name = "work" if values is pose.work else "shift"
-            slope = (getattr(ahead, name)[k] - getattr(behind, name)[k]) / 2e-6
-            np.testing.assert_allclose(values[k + 1], slope, rtol=1e-7, atol=1e-10)
-
-
-@pytest.mark.parametrize("groups", [0, 13])
-def test_machine_by_hand(groups: int) -> None:
-    """One point followed through the chain of the definitions with plain matrices."""
-    m, phi, th, s = MACHINE, 0.17, 0.6, 0.004
-    blade = Blade(0.1, 0.35, "convex", groups=groups, offset_angle=0.3 if groups else 0.0, phase=0.05)
-    flank = CutFlank(blade, m, BLANK, index_zero=0.2)
-
-    def rz(a: float) -> np.ndarray:
-        return np.array([[np.cos(a), -np.sin(a), 0.0], [np.sin(a), np.cos(a), 0.0], [0.0, 0.0, 1.0]])
-
-    ry = np.array([[np.cos(m.tilt), 0.0, np.sin(m.tilt)], [0.0, 1.0, 0.0], [-np.sin(m.tilt), 0.0, np.cos(m.tilt)]])
-    centre = m.radial_setting * np.array([np.cos(m.cradle_angle), np.sin(m.cradle_angle), 0.0])
-    nu = blade.offset_angle
-    edge = np.array([0.1, 0.0, 0.0]) + s * (-np.sin(0.35) * np.array([np.cos(nu), np.sin(nu), 0.0]))
-    edge[2] = -s * np.cos(0.35)
-    cradle = rz(phi) @ (centre + rz(m.swivel) @ ry @ rz(th) @ edge)
-    shift = m.at(np.array([phi])).shift[0][:, 0]
-    g = m.machine_root_angle
-    to_work = np.array([[np.sin(g), 0.0, -np.cos(g)], [0.0, 1.0, 0.0], [np.cos(g), 0.0, np.sin(g)]])
-    blank = to_work @ (cradle + shift) - np.array([0.0, 0.0, m.machine_centre_to_back])
-    psi = m.at(np.array([phi])).work[0][0] - groups / 39.0 * (th - 0.2 - 0.05)
-    position, _, _ = flank.sweep(np.array([[s], [th], [phi]]))
-    np.testing.assert_allclose(position[:, 0], rz(-psi) @ blank, atol=1e-16)
+            np.testing.assert_allclose(values[k + 1], (ahead[k] - behind[k]) / 2e-6, rtol=1e-7, atol=1e-10)
 
 
 @pytest.mark.parametrize("name", BLADES)
@@ -164,26 +95,18 @@ def test_equation_of_meshing_and_normal_from_derivatives(name: str, generated: b
 @pytest.mark.parametrize("name", ["straight mill", "hob", "relieved hob"])
 def test_derivatives_by_settings_by_complex_step(name: str) -> None:
     """Fits differentiate by the settings: every one may carry a complex step."""
-    x = parameters()
-
-    def position(blade_change: dict[str, complex], machine_change: dict[str, complex]) -> np.ndarray:
-        blade = replace(BLADES[name], **blade_change)  # type: ignore[arg-type]
-        machine = replace(MACHINE, **machine_change)  # type: ignore[arg-type]
-        return np.asarray(CutFlank(blade, machine, BLANK, 0.3).sweep(x)[0])
-
-    changes = [("blade", n) for n in ("point_radius", "blade_angle", "curvature", "radius_offset", "phase")]
-    changes += [("machine", n) for n in MACHINE.__dataclass_fields__ if n != "generation"]
-    for where, field in changes:
-        value = getattr(BLADES[name] if where == "blade" else MACHINE, field)
-        small = 1e-6 * max(1.0, abs(value))
-
-        def at(step: complex, where: str = where, field: str = field, value: float = value) -> np.ndarray:
-            change = {field: value + step}
-            return position(change, {}) if where == "blade" else position({}, change)
-
-        exact = at(1e-30j).imag / 1e-30
-        differences = (at(small) - at(-small)) / (2.0 * small)
-        np.testing.assert_allclose(exact, differences, rtol=1e-6, atol=5e-11)
+    x, flank = parameters(), CutFlank(BLADES[name], MACHINE, BLANK, 0.3)
+    fields = [("blade", n) for n in ("point_radius", "blade_angle", "curvature", "radius_offset", "phase")]
+    fields += [("machine", n) for n in MACHINE.__dataclass_fields__ if n != "generation"]
+    for where, field in fields:
+        part = getattr(flank, where)
+        small = 1e-6 * max(1.0, abs(getattr(part, field)))
+        exact, ahead, behind = (
+            np.asarray(replace(flank, **{where: replace(part, **{field: getattr(part, field) + step})}).sweep(x)[0])
+            for step in (1e-30j, small, -small)
+        )
+        differences = (ahead - behind) / (2.0 * small)
+        np.testing.assert_allclose(exact.imag / 1e-30, differences, rtol=1e-6, atol=5e-11)
 
 
 def test_edge_pieces_join_with_one_tangent_and_relieve_the_flank() -> None:
@@ -209,6 +132,8 @@ def test_edge_pieces_join_with_one_tangent_and_relieve_the_flank() -> None:
     start = plain.profile.at(np.array([edge.breaks[1]]))[2]
     np.testing.assert_allclose(angle[s < edge.breaks[0]], start[0] - 0.04, rtol=1e-12)
     np.testing.assert_array_equal(curvature[s < edge.breaks[0]], 0.0)
+    for reached, radius in ((s > edge.breaks[2], 0.2), ((s > edge.breaks[0]) & (s < edge.breaks[1]), 0.03)):
+        np.testing.assert_allclose(curvature[reached], 1.0 / radius)
     assert edge.length_at(0.002) == pytest.approx(edge.breaks[1], rel=1e-12)
 
 
@@ -226,7 +151,6 @@ def test_protuberance_stands_off_by_its_amount() -> None:
 @pytest.mark.parametrize("blade", [BLADES["curved mill"], replace(BLADES["straight mill"], edge_radius=0.0012)])
 def test_edge_radius_touches_the_profile_and_the_tip_plane(blade: Blade) -> None:
     arc = blade.tip_arc
-    assert arc is not None
     ends = np.array([blade.tip, blade.profile_start])
     (xi, eta, angle, _), flank = arc.at(ends), blade.profile.at(ends)
     np.testing.assert_allclose([eta[0], angle[0]], [0.0, 0.5 * np.pi], atol=1e-16)

@@ -2,7 +2,6 @@
 
 import json
 import math
-from collections.abc import Callable
 from functools import cache, partialmethod
 from pathlib import Path
 from typing import Any
@@ -50,7 +49,7 @@ def test_duty_cycles_are_read(duty: Path) -> None:
     assert [row.driver for row in rows] == ["pinion", "gear"]
 
 
-def test_a_recording_of_a_vehicle(mixed_ehl: Callable[..., Any], tmp_path: Path) -> None:
+def test_a_recording_of_a_vehicle(mixed_ehl: Any, tmp_path: Path) -> None:
     path = tmp_path / "cycle.csv"
     lines = ["Logger V3;2026-01-01", "Zeit [s];Geschwindigkeit [km/h];Radmoment [Nm];Gang"]
     lines += ["0,0;36,0;1.114,3;3", "1,0;72;-557,1;3", "3,0;Bad;200;3", "4,0;36,0;0;3"]
@@ -109,9 +108,7 @@ def test_weights_are_the_work_lost() -> None:
     assert 0.05 * part.weight.sum() == pytest.approx(2.0 * result.power_loss, rel=1e-12)
 
 
-def test_designs_and_duty_become_a_plan(
-    mixed_ehl: Callable[..., Any], duty: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_duty_becomes_a_plan(mixed_ehl: Any, duty: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(GearPair, "duty_points", partialmethod(GearPair.duty_points, grid=(4, 9)))
     target = tmp_path / "seen.toml"
     outcome = mixed_ehl("plan", DESIGN, "--duty", duty, "-o", target, "--size", "48", "--oil", "fva3")

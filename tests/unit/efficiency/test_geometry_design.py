@@ -1,8 +1,6 @@
 from pathlib import Path
 
-import numpy as np
 import pytest
-from rebuilt_designs import mirror, rebuilt
 from refusals import fails, refuses
 
 from efficiency.contact.flank_pair import flank_pair
@@ -54,41 +52,6 @@ def test_bad_input_names_its_field(tmp_path: Path, old: str, new: str, field: st
     """What is written wrong, of a wrong unit or unknown is in test_mistakes as well as on the command line."""
     with refuses(field):
         load_design(changed(tmp_path, old, new))
-
-
-@pytest.mark.parametrize(
-    ("name", "content", "field"),
-    [
-        ("missing.toml", None, "file"),
-        ("no_such_design", None, "design"),
-        (".", None, "file"),
-        ("broken.toml", b"[assembly\n", "file"),
-        ("binary.toml", b"\xff\xfe\x00\x01", "file"),
-    ],
-)
-def test_unreadable_files(tmp_path: Path, name: str, content: bytes | None, field: str) -> None:
-    if content:
-        (tmp_path / name).write_bytes(content)
-    with refuses(field):
-        load_design(name if field == "design" else tmp_path / name)
-
-
-def test_misalignment_is_set_and_leaves_the_rest() -> None:
-    design = load_design("fm_spiral_bevel_14x39")
-    placed = (moved := design.with_misalignment(E=1e-4, shaft_angle_error=1e-3)).placement()
-    assert (placed.E, placed.P, placed.shaft_angle_error) == (1e-4, 0.0, 1e-3)
-    assert moved.pinion == design.pinion
-    with refuses("assembly.misalignment.E"):
-        design.with_misalignment(E=0.1)
-
-
-def test_a_pair_of_opposite_hands_is_the_mirror_image() -> None:
-    design = load_design("fm_spiral_bevel_14x39").with_misalignment(E=5e-5, P=-3e-5)
-    left, right = flank_pair(design.flanks(), "drive"), flank_pair(rebuilt(design, mirror).flanks(), "drive")
-    assert left.surface.direction == -right.surface.direction
-    np.testing.assert_allclose(left.path.transmission_error, right.path.transmission_error, atol=1e-12)
-    np.testing.assert_allclose(left.path.u, right.path.u, atol=1e-10)
-    np.testing.assert_allclose(*(tooth_shapes(x.flanks)[0].thickness_root for x in (left, right)), rtol=1e-9)
 
 
 def test_settings_that_cut_no_flank_are_refused_with_a_reason(tmp_path: Path) -> None:

@@ -1,15 +1,12 @@
 """Offsets of both signs: blank, settings, load, efficiency, closed forms."""
 
 from math import radians
-from pathlib import Path
 
 import pytest
 
 import efficiency
-from efficiency.blanks.inputs import load_blank
 from efficiency.loss.closed_form import Driver, PitchGeometry, buckingham_type, coleman_type, lengthwise_sliding
 from efficiency.machine_settings.inputs import SettingsInput, load_targets
-from ehl.common.errors import InputError
 
 
 def targets(hand: str, offset: float, spiral: float) -> SettingsInput:
@@ -44,33 +41,3 @@ def test_closed_forms_lose_power_with_both_signs(driver: Driver) -> None:
         lengthwise = lengthwise_sliding(pair, 0.05, driver=driver)
         assert 0.95 < buckingham_type(pair, 0.05, driver) < lengthwise < 1.0
         assert coleman_type(pair, 0.05, driver) == pytest.approx(buckingham_type(pair, 0.05, driver), abs=0.01)
-
-
-@pytest.mark.fast
-@pytest.mark.parametrize(
-    ("name", "field"), [("iso23509_f3", "pinion"), ("iso23509_f4", "gear"), ("iso23509_f5", "gear")]
-)
-def test_offsets_from_zero_to_beyond_the_cones(name: str, field: str) -> None:
-    inputs = load_blank(name).model_copy(
-        update={"pitch_cones": "converged", f"mean_spiral_angle_{field}": radians(25.0)}
-    )
-    size = efficiency.blank(inputs).gear.mean_diameter
-    for sign in (1.0, -1.0):
-        tiny, small = (
-            efficiency.blank(inputs.model_copy(update={"hypoid_offset": sign * share * size})) for share in (1e-9, 0.05)
-        )
-        assert abs(tiny.offset_angle) < 1e-8
-        assert sign * small.offset_angle > 0.02
-        assert sign * (small.pinion.mean_spiral_angle - small.gear.mean_spiral_angle) > 0.02
-        with pytest.raises(InputError) as refused:
-            efficiency.blank(inputs.model_copy(update={"hypoid_offset": sign * 0.6 * size}))
-        assert refused.value.field in ("hypoid_offset", "cutter_radius", "face_width_gear", "pressure_angle.drive")
-
-
-@pytest.mark.fast
-def test_new_targets_with_a_negative_offset(tmp_path: Path) -> None:
-    path = tmp_path / "above.toml"
-    path.write_text(efficiency.new_file("targets", offset="-12 mm", spiral_angle="40 deg"))
-    blank = load_targets(path).blank
-    assert (blank.hypoid_offset, blank.method) == (-0.012, 2)
-    assert efficiency.blank(blank).pinion.mean_spiral_angle < radians(40.0)

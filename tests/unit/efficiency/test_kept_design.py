@@ -17,7 +17,6 @@ DESIGN = load_design(NAME)
 
 @pytest.fixture
 def folder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
-    """An empty folder for the entries."""
     monkeypatch.setenv("MIXED_EHL_CACHE", "")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     return tmp_path / "mixed-ehl" / "designs"

@@ -8,13 +8,13 @@ import pytest
 from refusals import refuses
 
 import efficiency
-from efficiency.contact.mesh_surface import tangent_angle, undirected
-from efficiency.cutting.machine import turn
+from efficiency.contact.mesh_surface import undirected
 from efficiency.design.design import Design
 from efficiency.loss.kinematics import Operation
 from efficiency.pair import GearPair
 from ehl.common.validation import validate
-from ehl.surface.finish import Finish, lay_seen
+from ehl.surface.finish import Figure, Finish, lay_seen
+from ehl.uncertainty.result import score_of
 
 
 @pytest.fixture(scope="module")
@@ -25,16 +25,6 @@ def pair():
 @pytest.fixture(scope="module")
 def loaded(pair):
     return pair.mesh(positions=4, points_per_line=9).load().grids.fine.loaded
-
-
-def test_angle_of_a_tangent_does_not_turn_with_the_member():
-    random = np.random.default_rng(3)
-    normal = random.normal(size=(3, 5))
-    normal /= np.linalg.norm(normal, axis=0)
-    direction = np.cross(normal, random.normal(size=(3, 5)), axis=0)
-    axis = np.array([[0.0], [0.0], [1.0]])
-    turned = tangent_angle(axis, turn(normal, 0.7), turn(direction, 0.7))
-    np.testing.assert_allclose(turned, tangent_angle(axis, normal, direction), atol=1e-12)
 
 
 def test_marks_of_a_formate_gear_are_circles_about_the_cutter(pair):
@@ -110,3 +100,18 @@ def test_new_surfaces_are_noted_with_a_formula(pair):
         mesh = GearPair(validate(Design, content)).mesh(positions=4, points_per_line=9).load()
         assert sum("run-in" in note for note in mesh.efficiency("75w90").notes) == count
         assert not any("run-in" in note for note in mesh.efficiency("constant:0.05").notes)
+
+
+def test_the_range_of_the_lay_ratio_is_that_of_the_texture(pair, loaded):
+    """Grinding marks are 3 to 9 times as long as wide: texture of both flanks, at every point of the mesh."""
+    operation = pair.design.running(100.0, 363.15)
+    lay = loaded["lay_pinion"], loaded["lay_gear"]
+    texture = operation.texture(*lay)
+    for side, ratio in ((-1.0, 3.0), (1.0, 9.0)):
+        found = operation.uncertainty.lay_moved(*texture, side * score_of(0.9))
+        ground = replace(operation.finish_pinion, lay_ratio=Figure(value=ratio, low=ratio, high=ratio))
+        other = replace(operation, finish_pinion=ground, finish_gear=ground).texture(*lay)
+        free = (texture[1] > 1.0 / 3.0) & (other[1] > 1.0 / 3.0)
+        assert free.mean() > 0.9
+        np.testing.assert_allclose(found[0][free], other[0][free], rtol=1e-6)
+        np.testing.assert_allclose(found[1][free], other[1][free], rtol=1e-6)

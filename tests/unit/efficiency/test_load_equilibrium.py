@@ -14,7 +14,6 @@ FloatArray = np.ndarray
 
 
 def springs(stiffness: float):
-    """Linear local compliance."""
     return lambda force: (force / stiffness, np.full(force.size, 1.0 / stiffness))
 
 
@@ -86,23 +85,15 @@ def test_complementarity_and_balance(seed: int, n: int, torque: float, scale: fl
     assert separation.min() > -1e-9 * scale_length
 
 
-@settings(max_examples=25, deadline=None, derandomize=True)
-@given(seed=st.integers(0, 10**6), n=st.integers(2, 60))
-def test_slow_active_set_gives_the_same_answer(seed: int, n: int) -> None:
-    compliance, gap, lever = random_problem(seed, n)
-    matrix = compliance + np.eye(n) * 1e-9
-    slow = equilibrium._one_by_one(matrix, gap, lever, 30.0)
-    fast = solve_equilibrium(compliance, springs(1e9), gap, lever, 30.0)
-    assert slow is not None
-    np.testing.assert_allclose(slow[0], fast.force, rtol=1e-6, atol=1e-6 * fast.force.max())
-
-
 def test_cycling_falls_back_and_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    problems = [random_problem(seed, 30) for seed in range(25)]
+    usual = [solve_equilibrium(compliance, springs(1e9), *rest, 30.0) for compliance, *rest in problems]
     monkeypatch.setattr(equilibrium, "_primal_dual", lambda *_: None)
-    compliance, gap, lever = random_problem(3, 30)
-    result = solve_equilibrium(compliance, logarithmic(1e-10), gap, lever, 30.0)
-    assert result.status == "converged"
-    assert result.fallbacks == result.iterations > 0
+    for (compliance, *rest), expected in zip(problems, usual, strict=True):
+        result = solve_equilibrium(compliance, springs(1e9), *rest, 30.0)
+        np.testing.assert_allclose(result.force, expected.force, rtol=1e-6, atol=1e-6 * expected.force.max())
+        assert (result.status, expected.fallbacks) == ("converged", 0)
+        assert result.fallbacks == result.iterations > 0
 
 
 def test_failure_is_a_status_with_a_reason(monkeypatch: pytest.MonkeyPatch) -> None:

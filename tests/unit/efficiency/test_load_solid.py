@@ -11,9 +11,6 @@ from efficiency.design.design import BACKUP_RATIO, BodyInput, Design, load_desig
 from efficiency.ltca.ritz_solid import (
     Orders,
     RitzSolid,
-    hierarchic_functions,
-    lagrange_polynomials,
-    lobatto_nodes,
     ritz_solid,
     tooth_cell,
 )
@@ -35,22 +32,6 @@ def cell_solid(grid: ToothGrid, held: frozenset[str], orders: Orders = LOW) -> R
     return ritz_solid(tooth_cell(grid, RIM), MODULI, STEEL.poisson_ratio, held, orders)
 
 
-def test_hierarchic_functions() -> None:
-    x, step = np.linspace(0.0, 1.0, 11), 1e-6
-    values, slopes = hierarchic_functions(6, x)
-    ahead, behind = (hierarchic_functions(6, x + s)[0] for s in (step, -step))
-    np.testing.assert_allclose(slopes, (ahead - behind) / (2.0 * step), atol=1e-8)
-    np.testing.assert_allclose(values[[0, -1], 2:], 0.0, atol=1e-15)
-    np.testing.assert_allclose(values[:, :2].sum(axis=1), 1.0)
-
-
-def test_lagrange_polynomials_reproduce_a_polynomial() -> None:
-    nodes, x = lobatto_nodes(6), np.linspace(0.0, 1.0, 9)
-    values, slopes = lagrange_polynomials(nodes, x)
-    np.testing.assert_allclose(values @ nodes**5, x**5, atol=1e-14)
-    np.testing.assert_allclose(slopes @ nodes**5, 5.0 * x**4, atol=1e-13)
-
-
 def test_cell_follows_the_flanks(grid: ToothGrid) -> None:
     """Stations and levels of the grid, between the nodes of the blocks: 14 um beside the fillets, at the toe."""
     cell = tooth_cell(grid, RIM)
@@ -61,15 +42,6 @@ def test_cell_follows_the_flanks(grid: ToothGrid) -> None:
         points, _ = cell.tooth.place(np.full_like(b, side), b, c)
         expected = grid.point(azimuth, grid.u, grid.height)[5:, 1:-1].reshape(-1, 3)
         np.testing.assert_allclose(points, expected, atol=2e-5)
-
-
-def test_sides_of_the_cell_fit_together(grid: ToothGrid) -> None:
-    cell = tooth_cell(grid, RIM)
-    deep, along = (x.ravel() for x in np.meshgrid(np.linspace(0, 1, 5), np.linspace(0, 1, 7), indexing="ij"))
-    left, _ = cell.foot.place(np.zeros_like(deep), deep, along)
-    right, _ = cell.slot.place(np.ones_like(deep), deep, along)
-    c, s = np.cos(cell.pitch), np.sin(cell.pitch)
-    np.testing.assert_allclose(right, left @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]), atol=1e-9)
 
 
 def test_free_cell_can_be_shifted_without_force(grid: ToothGrid) -> None:
@@ -173,10 +145,3 @@ def test_default_rim_and_its_limit(design: Design, tmp_path: Path) -> None:
     file.write_text(text + '\n[pinion.body]\nrim_thickness = "60 mm"\n', encoding="utf-8")
     with refuses("pinion.body.rim_thickness"):
         load_design(file)
-
-
-def test_loaded_flanks(design: Design) -> None:
-    flanks = {(m, s): design.flanks().loaded_side(m, s) for m in ("pinion", "gear") for s in ("drive", "coast")}
-    for side in ("drive", "coast"):
-        pinion, gear = design.flanks().mating(side)
-        assert (flanks["pinion", side], flanks["gear", side]) == (pinion.side, gear.side)

@@ -4,7 +4,6 @@ import json
 import re
 import shutil
 import sys
-from collections.abc import Callable
 from dataclasses import replace
 from functools import cache, partialmethod
 from pathlib import Path
@@ -123,10 +122,13 @@ def test_tables_of_modelica_and_matlab_are_the_map(tmp_path: Path) -> None:
     assert matrix(text, "lossTable[:,5]") == pytest.approx(lossy, rel=1e-14)
     # two lines through three torques: zero and one of each side, so that both are met
     assert error < 1e-9
-    for (speed, drive, coast, first, second), losses in zip(lossy, found.values(), strict=True):
+    assert lossy[0, 0] == 0.0 < lossy[1, 0]
+    assert lossy[[0, -1], 1:].tolist() == lossy[[1, -2], 1:].tolist()
+    for (speed, drive, coast, first, second), losses in zip(lossy[1:-1], found.values(), strict=True):
         assert speed in found.speeds
-        assert drive * (200.0 - first) == pytest.approx(200.0 - losses[2], rel=1e-12)
-        assert (-200.0 - second) / coast == pytest.approx(-200.0 - losses[0], rel=1e-12)
+        # friction torques of the first and second quadrant in the Modelica Standard Library 4.0
+        assert (1.0 - drive) * 200.0 + first == pytest.approx(losses[2], rel=1e-12)
+        assert (1.0 - 1.0 / coast) * -200.0 + second == pytest.approx(losses[0], rel=1e-12)
     script = found.write_model(tmp_path / "axle.m").read_text()
     assert matrix(script, "axle.torque_loss") == pytest.approx(found.values().T, rel=1e-14)
     assert matrix(script, "axle.speed").ravel() == pytest.approx(found.speeds, rel=1e-14)
@@ -218,9 +220,7 @@ def test_table_of_losses_is_bilinear_and_ends(tmp_path: Path) -> None:
         read_axle_losses(tmp_path / "torn.csv")
 
 
-def test_losses_next_to_the_mesh_that_do_not_cover_the_map(
-    mixed_ehl: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_losses_that_do_not_cover_the_map(mixed_ehl: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "t.csv").write_text(TABLE)
     losses = ("--axle-losses", "t.csv")
@@ -228,9 +228,7 @@ def test_losses_next_to_the_mesh_that_do_not_cover_the_map(
     assert mixed_ehl("axle-test", DESIGN, "--drag", "1 N m", *losses).code == 2
 
 
-def test_commands_print_and_write(
-    mixed_ehl: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_commands_print_and_write(mixed_ehl: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(GearPair, "loss_map", partialmethod(GearPair.loss_map, grid=GRID))
     at = ("loss-map", DESIGN, "--torque=-100:100:2 N m", "--speed", "500, 900 rpm", "--drag", "2 N m")
     outcome = mixed_ehl(*at, "--json", "--model", tmp_path / "m.vtlm", "--xlsx", tmp_path / "m.xlsx")

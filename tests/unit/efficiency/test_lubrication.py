@@ -4,13 +4,8 @@ import numpy as np
 import pytest
 
 from efficiency.loss.kinematics import LoadedPoints
-from efficiency.loss.lubrication import (
-    SolvedFriction,
-    biboulet_houpert_2010,
-    local_lubrication,
-    surface_temperature,
-)
-from efficiency.loss.power_loss import efficiency_of, rolling_losses
+from efficiency.loss.lubrication import SolvedFriction, biboulet_houpert_2010, local_lubrication, surface_temperature
+from efficiency.loss.power_loss import rolling_losses
 from ehl.fluid.oil import Oil
 from ehl.inputs import ContactProblem, ModelInput, SurfaceInput
 from ehl.line_contact import LineContact
@@ -105,10 +100,3 @@ def test_rolling_power_is_the_work_on_both_surfaces() -> None:
     state, _ = point(1e9, 3.0, 0.0, 0.0)
     # 2 t_r F u_r
     np.testing.assert_allclose(rolling_losses(loaded(state), np.array([2e-4]), 1), [2.0 * 2e-4 * 100.0 * 3.0])
-
-
-def test_efficiency_by_either_driver() -> None:
-    assert efficiency_of(5.0, 10.0, 10.0) == pytest.approx(0.95)
-    # the pinion takes 100 W off, the gear has to bring 105
-    assert efficiency_of(5.0, 10.0, 10.0, "gear") == pytest.approx(100.0 / 105.0)
-    assert efficiency_of(0.0, 10.0, 10.0, "gear") == 1.0

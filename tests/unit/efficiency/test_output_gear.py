@@ -3,7 +3,6 @@
 import csv
 import json
 import re
-from collections.abc import Callable
 from dataclasses import replace
 from itertools import chain
 from pathlib import Path
@@ -107,34 +106,18 @@ def test_loss_density_integrates_to_the_loss(flank: FlankMap, result: Efficiency
     assert 0.5 * result.power_loss < lost <= result.power_loss * (1.0 + 1e-12)
 
 
-def test_sliding_in_the_projection_is_the_rate_of_the_blank_coordinates(
-    flank: FlankMap, result: EfficiencyResult
-) -> None:
+def test_sliding_is_the_rate_of_the_blank_coordinates(flank: FlankMap, result: EfficiencyResult) -> None:
     blank, step = flank.flanks.blank("gear"), 1e-7
     along, up = flank.sliding
     places = np.concatenate([load.position.position for load in result.load.positions])
-    vectors = np.concatenate(
-        [
-            p.sliding_along[:, None] * p.along + p.sliding_across[:, None] * p.across
-            for p in (load.position for load in result.load.positions)
-        ]
-    )
-    ends = [places + sign * step * vectors for sign in (-1.0, 1.0)]
+    parts = (load.position for load in result.load.positions)
+    vectors = [p.sliding_along[:, None] * p.along + p.sliding_across[:, None] * p.across for p in parts]
+    ends = [places + sign * step * np.concatenate(vectors) for sign in (-1.0, 1.0)]
     (u0, h0), (u1, h1) = (blank.coordinates(np.hypot(e[:, 0], e[:, 1]), e[:, 2]) for e in ends)
     at = np.concatenate(flank.lines)
     speed = result.conditions.speed / (2.0 * step)
     np.testing.assert_allclose(along.ravel(), (u1 - u0)[at] * speed, rtol=1e-5, atol=1e-6)
     np.testing.assert_allclose(up.ravel(), (h1 - h0)[at] * speed, rtol=1e-5, atol=1e-6)
-
-
-def test_lines_follow_each_other_over_the_flank(flank: FlankMap) -> None:
-    assert np.all(np.diff(flank.roll) > 0.0)
-    u, h = flank.place("gear")
-    blank = flank.flanks.blank("gear")
-    assert np.all(np.abs(u) <= 0.5 * blank.face_width * (1.0 + 1e-9))
-    assert np.all(h >= blank.root(u) - 1e-9)
-    assert np.all(h <= blank.tip(u) + 1e-9)
-    assert np.nanmax(flank.local("temperature_flash")) == np.max(flank.result.lubrication.temperature_flash)
 
 
 def test_every_axis_has_its_unit(flank: FlankMap, result: EfficiencyResult, grid: Grid, comparison: Comparison) -> None:
@@ -147,7 +130,6 @@ def test_every_axis_has_its_unit(flank: FlankMap, result: EfficiencyResult, grid
         require_units(figure)
     assert plot_run_time(comparison).axes[0].get_xlabel().endswith("[s]")
     shown = plot_loss_by_region(comparison).axes[0].images[0].get_array()
-    assert shown is not None
     np.testing.assert_allclose(np.asarray(shown).sum(), 100.0)
 
 
@@ -251,13 +233,13 @@ def test_tables_have_units_in_their_heads(result: EfficiencyResult, grid: Grid, 
         assert [name for name in head if plain.search(name)] == []
 
 
-def test_a_load_from_a_file_has_no_uncertainty(mixed_ehl: Callable[..., Any]) -> None:
+def test_a_load_from_a_file_has_no_uncertainty(mixed_ehl: Any) -> None:
     outcome = mixed_ehl("gear", "fm_spiral_bevel_14x39", "--load-from", "load.csv", "--uncertainty")
     assert outcome.code == 2
     assert "--uncertainty" in outcome.err
 
 
-def test_rating_sheet_of_a_design(mixed_ehl: Callable[..., Any], tmp_path: Path) -> None:
+def test_rating_sheet_of_a_design(mixed_ehl: Any, tmp_path: Path) -> None:
     outcome = mixed_ehl("gear", "fh_hypoid_9x34", "--rating", "--torque", "200 N m", "--json")
     rated = json.loads(outcome.out)
     assert rated["inputs"]["torque"] == 200.0

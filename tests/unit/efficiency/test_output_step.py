@@ -1,7 +1,6 @@
 """STEP solids, re-read by the kernel: closed, of the volume of the STL, flanks where the cutter leaves them."""
 
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -98,9 +97,7 @@ def test_mounted_members_mesh_without_penetration(name: str) -> None:
     assert -3e-5 < least < 1e-4
 
 
-def test_missing_kernel_is_named(
-    mixed_ehl: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_missing_kernel_is_named(mixed_ehl: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "OCP.Message", None)
     outcome = mixed_ehl("export", DESIGN, "-o", tmp_path, "--what", "step")
     assert outcome.code == 2

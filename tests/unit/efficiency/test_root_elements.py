@@ -25,12 +25,10 @@ def mesh() -> Mesh:
 
 @cache
 def tooth_of(mesh: Mesh, member: Member) -> RootTooth:
-    """The tooth with the elements of the program."""
     return root_tooth(mesh.bevel.flanks(), member, getattr(mesh.grids.teeth, member), mesh.pitch.module_normal)
 
 
 def box(counts: tuple[int, int, int], size: tuple[float, float, float]) -> tuple[FloatArray, NDArray[np.int64]]:
-    """Nodes and elements of a box, and their numbers."""
     lattice = np.indices([2 * n + 1 for n in counts])
     used = (lattice % 2).sum(axis=0) <= 1
     number = np.full(used.shape, -1)

@@ -2,7 +2,6 @@
 
 import json
 import tomllib
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -84,7 +83,7 @@ def test_wanted_transmission_error_is_reached() -> None:
     assert result.convex.transmission is None
 
 
-def test_command_writes_a_design_that_loads(mixed_ehl: Callable[..., Any], tmp_path: Path) -> None:
+def test_command_writes_a_design_that_loads(mixed_ehl: Any, tmp_path: Path) -> None:
     targets, design = tmp_path / "targets.toml", tmp_path / "made" / "design.toml"
     targets.write_text(TEXT.replace('pinion = "both_flanks"', 'pinion = "each_flank"'), encoding="utf-8")
     outcome = mixed_ehl("settings", targets, "-o", design, "--json")
@@ -96,7 +95,7 @@ def test_command_writes_a_design_that_loads(mixed_ehl: Callable[..., Any], tmp_p
     assert load_design(design).name == "fh_hypoid_9x34"
 
 
-def test_a_pointed_tooth_is_no_result(mixed_ehl: Callable[..., Any], tmp_path: Path) -> None:
+def test_a_pointed_tooth_is_no_result(mixed_ehl: Any, tmp_path: Path) -> None:
     text = data_path("targets", "fh_hypoid_9x34_offset_10.toml").read_text(encoding="utf-8")
     # depth and thickness that the pair with the larger offset has
     text = text.replace("depth_factor = 1.8", "depth_factor = 2.0")
@@ -133,7 +132,7 @@ def test_blank_cutting_and_targets_have_to_agree(table: str, changes: dict[str, 
         SettingsInput.model_validate(content)
 
 
-def test_residual_above_the_limit_is_exit_code_1(mixed_ehl: Callable[..., Any], tmp_path: Path) -> None:
+def test_residual_above_the_limit_is_exit_code_1(mixed_ehl: Any, tmp_path: Path) -> None:
     # so much crowning is beyond one setting for both flanks
     targets = tmp_path / "targets.toml"
     targets.write_text(TEXT.replace('"40 um"', '"400 um"'), encoding="utf-8")
@@ -187,7 +186,7 @@ def test_a_search_starts_from_the_sized_pair() -> None:
 
 
 @pytest.mark.parametrize("option", ["--torque", "--coast-torque", "--E"])
-def test_options_of_the_sizing_need_it(option: str, mixed_ehl: Callable[..., Any]) -> None:
+def test_options_of_the_sizing_need_it(option: str, mixed_ehl: Any) -> None:
     outcome = mixed_ehl("settings", "fh_hypoid_9x34", option, "0.1 mm" if option == "--E" else "100 N m")
     assert (outcome.code, option in outcome.err) == (2, True)
 

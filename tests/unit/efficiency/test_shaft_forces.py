@@ -16,12 +16,10 @@ pytestmark = pytest.mark.fast
 
 
 def loaded(name: str, side: Any = "drive", torque: float | None = None, **state: str) -> efficiency.LoadedMesh:
-    """A pair under load on a small mesh."""
     return efficiency.load(name).mesh(side, positions=4, points_per_line=9, **state).load(torque)
 
 
 def size(forces: Any) -> np.ndarray[Any, Any]:
-    """Magnitude of the force on a shaft."""
     return np.sqrt(forces.axial**2 + forces.radial**2 + forces.tangential**2)
 
 
@@ -38,7 +36,6 @@ def test_forces_balance_torque_and_power(name: str, side: str, driver: str, stat
     mesh = loaded(name, side, **state)
     result = mesh.efficiency("constant:0.05", driver=driver)
     forces = result.forces
-    assert forces is not None
     np.testing.assert_allclose(forces.pinion.torque, mesh.torque, rtol=1e-12)
     share = forces.gear.torque.mean() * mesh.mesh.bevel.ratio / mesh.torque
     assert (share if driver == "pinion" else 1.0 / share) == pytest.approx(result.efficiency, rel=1e-9)
@@ -100,5 +97,4 @@ def test_forces_of_a_load_from_a_file(tmp_path: Path) -> None:
     read = mesh.mesh.load_from(tmp_path / "load.csv").efficiency("constant:0.05")
     content = json.loads(json.dumps(read.to_dict(), allow_nan=False))["forces"]
     assert content["stiffness"] == [None] * 4
-    assert own.forces is not None
     np.testing.assert_allclose(content["gear"]["axial"], own.forces.gear.axial, rtol=1e-6)

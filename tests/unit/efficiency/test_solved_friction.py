@@ -71,9 +71,7 @@ def model(**changes: Any) -> EhlFriction:
     return replace(ehl_friction("ehl"), points=60, tolerance=0.0, jobs=1, **changes)
 
 
-def test_failed_contacts_are_counted_named_and_carried_as_error(
-    loaded: LoadedGrids, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_failed_contacts_are_counted_and_an_error(loaded: LoadedGrids, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "solve_contact", solver(lambda contact: False))
     sound = mesh_efficiency(loaded, model(), OIL, OPERATION)
     pressure = np.sort(sound.points.state.pressure_hertz)
@@ -110,9 +108,7 @@ def test_failed_contacts_are_counted_named_and_carried_as_error(
     assert "contacts" not in exact
 
 
-def test_where_too_much_failed_there_is_no_efficiency_and_no_share(
-    loaded: LoadedGrids, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_where_too_much_failed_is_no_efficiency(loaded: LoadedGrids, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "solve_contact", solver(lambda contact: contact.pressure_hertz > 0.9e9))
     result = mesh_efficiency(loaded, model(), OIL, OPERATION)
     assert (result.status, result.reason) == ("failed", "friction_not_converged")
@@ -136,8 +132,9 @@ def test_error_of_solved_contacts_is_that_of_their_mean(loaded: LoadedGrids, mon
     assert result.errors.contacts == pytest.approx(contacts)
     mesh = result.errors.positions + result.errors.points
     assert result.efficiency_error == pytest.approx(contacts + mesh)
-    # 1 % that is no chance, of every contact; what is chance is averaged
-    assert 0.01 < result.friction.mean_error < 0.02  # type: ignore[attr-defined]
+    # what is no chance, of every contact; what is chance is averaged
+    method = np.sqrt(0.03**2 - 0.02**2)
+    assert method < result.friction.mean_error < 1.1 * method  # type: ignore[attr-defined]
     # what is not known of the inputs is another number
     assert result.efficiency_lower < result.efficiency < result.efficiency_upper
 
@@ -174,8 +171,6 @@ def test_texture_in_the_design_file_and_its_limits() -> None:
 
 
 class Witness(ConstantFriction):
-    """Notes the texture it is asked with."""
-
     seen: ClassVar[list[tuple[float, ...]]] = []
 
     def evaluate(self, conditions: Conditions, oil: Oil) -> FrictionEstimate:

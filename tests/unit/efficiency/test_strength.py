@@ -133,7 +133,6 @@ def test_root_stress_grows_with_torque_and_stays_below_the_permissible(loaded: L
     assert 2.2 < high.root_stress_gear / low.root_stress_gear < 3.1
     assert high.safety_contact < low.safety_contact
     for member in (low.pinion, low.gear):
-        assert member is not None
         assert member.history.max() == member.along.max() == member.tension
         assert member.fillet.startswith("assumed, edge radius 0.25")
 

@@ -2,7 +2,6 @@
 
 import json
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -200,9 +199,7 @@ def test_figures_show_the_sections(study: Study) -> None:
     assert bars[0].get_width() == pytest.approx(100.0 * (high - low))  # type: ignore[attr-defined]
 
 
-def test_a_point_that_fails_is_named_and_the_rest_goes_on(
-    designs: list[Design], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_point_that_fails_is_named(designs: list[Design], monkeypatch: pytest.MonkeyPatch) -> None:
     true = Mesh.of
 
     def refuses(design: Design, *arguments: Any) -> Any:
@@ -222,7 +219,7 @@ def test_a_point_that_fails_is_named_and_the_rest_goes_on(
     assert point["efficiency"] is None
 
 
-def test_the_command(mixed_ehl: Callable[..., Any], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_the_command(mixed_ehl: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.chdir(tmp_path)
     # a coarse mesh is enough here; the arguments are those of a user
     monkeypatch.setattr(efficiency, "study", partial(run_study, **GRID))

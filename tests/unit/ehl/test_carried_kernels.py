@@ -47,13 +47,8 @@ def answer(how: str, folder: Path, **surrounding: str) -> subprocess.CompletedPr
     kept = folder.with_name(folder.name + "_cache")
     shutil.rmtree(kept, ignore_errors=True)
     clean = {name: value for name, value in os.environ.items() if not name.startswith(("NUMBA_CPU", "MIXED_EHL"))}
-    return subprocess.run(
-        [sys.executable, "-c", ANSWER, how, str(folder)],
-        env=clean | {"NUMBA_CACHE_DIR": str(kept)} | surrounding,
-        capture_output=True,
-        text=True,
-        check=True,
-    )
+    command, clean = [sys.executable, "-c", ANSWER, how, str(folder)], clean | {"NUMBA_CACHE_DIR": str(kept)}
+    return subprocess.run(command, env=clean | surrounding, capture_output=True, text=True, check=True)
 
 
 @pytest.fixture(scope="module")

@@ -1,5 +1,6 @@
 """`ehl.Contact` and `ContactResult`: keywords, files, changes, tables and pages."""
 
+import json
 import math
 import re
 from pathlib import Path
@@ -10,23 +11,15 @@ import pytest
 from matplotlib.figure import Figure
 from pages import read_page
 from refusals import refuses
+from samples import CONTACT
 
 import ehl
 from ehl.common.data import reason_text
 from ehl.contact import KEYWORDS, ContactKeywords
 from ehl.uncertainty.result import Change, InputUncertainty
 
-GIVEN: dict[str, Any] = {
-    "oil": "75w90",
-    "temperature": "90 degC",
-    "pressure_hertz": "1.2 GPa",
-    "radius_equivalent": "15 mm",
-    "speed_entrainment": "5 m/s",
-    "slide_to_roll": 0.2,
-    "roughness_rms": "0.4 um",
-    "finish": "ground",
-    "accuracy": "fast",
-}
+GIVEN: dict[str, Any] = CONTACT | {"oil": "75w90", "temperature": "90 degC", "pressure_hertz": "1.2 GPa"}
+GIVEN |= {"roughness_rms": "0.4 um", "finish": "ground", "accuracy": "fast"}
 
 
 @pytest.fixture(scope="module")
@@ -36,12 +29,7 @@ def result() -> ehl.ContactResult:
 
 def test_keywords_and_tables_say_the_same() -> None:
     tables = {
-        "contact": {
-            "pressure_hertz": 1.2e9,
-            "radius_equivalent": "15 mm",
-            "speed_entrainment": 5.0,
-            "slide_to_roll": 0.2,
-        },
+        "contact": CONTACT | {"pressure_hertz": 1.2e9, "radius_equivalent": "15 mm"},
         "lubricant": {"oil": "75w90", "temperature_oil": 363.15},
         "surface": {"finish": "ground", "roughness_rms_1": 0.4e-6 / 2.0**0.5, "roughness_rms_2": 0.4e-6 / 2.0**0.5},
         "model": {"accuracy": "fast"},
@@ -136,3 +124,31 @@ def test_failed_results_have_a_page_and_no_figure(tmp_path: Path) -> None:
     assert reason_text("path_stalled") in read_page(failed.report(tmp_path / "failed.html")).sections[0]
     with refuses("plot"):
         failed.plot()
+
+
+def test_an_oil_object_is_as_good_as_its_name() -> None:
+    thin = ehl.Oil.load("fva3").varied(viscosity=-1.0)
+    contact = ehl.Contact(**GIVEN | {"oil": thin})
+    assert contact.replace(slide_to_roll=0.1).lubricant.oil == thin
+    again = ehl.Contact.from_dict(json.loads(json.dumps(contact.to_dict())))
+    assert again == contact
+    assert again.lubricant.oil.factors == thin.factors
+    by_object, by_name = (
+        ehl.Contact(**GIVEN | {"oil": oil, "roughness_rms": 0.0, "finish": None}).solve()
+        for oil in (ehl.Oil.load("fva3"), "fva3")
+    )
+    assert by_object.friction_coefficient == by_name.friction_coefficient
+    for oil in (3, ["fva3"]):
+        with refuses("oil"):
+            ehl.Contact(**GIVEN | {"oil": oil})
+    with refuses("oil.source"):
+        ehl.Contact(**GIVEN | {"oil": {"name": "mine"}})
+
+
+@pytest.mark.parametrize("encoding", ["cp1252", "utf-16", "utf-8-sig"])
+def test_contact_files_of_windows_editors(encoding: str, tmp_path: Path) -> None:
+    text = 'contact = {radius_equivalent = "10 mm", pressure_hertz = "1 GPa", speed_entrainment = "5 m/s"}\n'
+    text += 'lubricant = {oil = "fva3", temperature_oil = "80 °C"}  # Öl\n'
+    path = tmp_path / "contact.toml"
+    path.write_bytes(text.encode(encoding))
+    assert ehl.Contact.from_file(path).lubricant.temperature_oil == pytest.approx(353.15)

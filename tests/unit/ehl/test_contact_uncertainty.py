@@ -1,9 +1,11 @@
 """Interval of one contact: every input reaches the solver, and products add as squares."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
+import samples
 
 import ehl
 from ehl.fluid.oil import Oil
@@ -14,10 +16,7 @@ from ehl.uncertainty.result import score_of
 from ehl.uncertainty.spread import DEFAULT, UncertaintyInput
 
 OIL = Oil.load("75w90")
-CONTACT = ehl.Contact(
-    oil="75w90", temperature="90 degC", pressure_hertz="1.2 GPa", radius_equivalent="15 mm",
-    speed_entrainment="5 m/s", slide_to_roll=0.2, roughness_rms="0.4 um",
-)  # fmt: skip
+CONTACT = ehl.Contact(oil="75w90", temperature="90 degC", roughness_rms="0.4 um", **samples.CONTACT)
 
 
 def product(problem: ContactProblem) -> tuple[float, float, float]:
@@ -107,3 +106,26 @@ def test_a_failed_end_is_named_and_left_out() -> None:
     )
     assert [source.name for source in found.sources] == ["viscosity"]
     assert "boundary_friction" in found.notes[-1]
+
+
+@pytest.mark.parametrize(
+    ("surface", "ends"),
+    [({"finish": "ground", "lay_angle": "25 deg"}, (1.766, 2.089)), ({"peklenik_number": 3.0}, (1.0, 9.0))],
+)
+def test_peklenik_number_of_a_contact_has_the_range_of_its_origin(
+    monkeypatch: pytest.MonkeyPatch, surface: dict[str, Any], ends: tuple[float, float]
+) -> None:
+    """That of a finish by its lay ratio of 3 to 9 at the angle of the marks, a given one by a factor of 3."""
+    given: list[Any] = []
+    monkeypatch.setattr("ehl.uncertainty.contact_design.contact_uncertainty", lambda *parts: given.append(parts))
+    contact = ehl.Contact(
+        oil="75w90", pressure_hertz="1.2 GPa", radius_equivalent="15 mm", speed_entrainment="5 m/s",
+        slide_to_roll=0.2, roughness_rms="0.4 um", temperature="90 degC", **surface,
+    )  # fmt: skip
+    contact.uncertainty()
+    ((problem, _, spreads, oil, *_),) = given
+    inputs = {entry.name: entry for entry in uncertain_contact_inputs(problem, spreads, oil, 0.5)}
+    moved = [inputs["peklenik_number"].moved(problem, z).surface for z in (-score_of(0.9), score_of(0.9))]
+    assert [one.peklenik_number for one in moved] == pytest.approx(ends, abs=1e-3)
+    if "finish" not in surface:
+        assert {one.correlation_length for one in moved} == {problem.surface.correlation_length}

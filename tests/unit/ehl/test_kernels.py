@@ -1,5 +1,6 @@
-"""Compiled kernels: the same code however they came, on disk under the contents of their sources, never in silence."""
+"""Compiled kernels and kept results: under the contents of their sources, and only from folders of the user."""
 
+import hashlib
 import json
 import os
 import pickle
@@ -19,7 +20,8 @@ from numba import config, njit
 from numba.core.caching import UserProvidedCacheLocator
 from refusals import refuses
 
-from ehl.common.private_files import private_folder
+from ehl.common import private_files
+from ehl.common.private_files import kept, private_folder, user_folder
 from ehl.compile import sources as kernel_sources
 from ehl.compile.compiler import INTERNAL_KERNEL, KERNEL, kernel, missing_on_disk
 from ehl.compile.internals import KernelCache
@@ -104,38 +106,30 @@ def places(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> dict[str, Path]:
     }
 
 
-def _open_to_others(folder: Path) -> None:
-    folder.mkdir(parents=True)
-    folder.chmod(0o770)
-
-
-def _link(folder: Path) -> None:
-    target = folder.with_name(f"behind_{folder.name}")
-    target.mkdir(mode=0o700, parents=True)
-    folder.symlink_to(target)
-
-
-def _of_another(folder: Path) -> None:
-    folder.mkdir(mode=0o700, parents=True)
-    if os.getuid() != 0:
-        pytest.skip("only the administrator can give a folder away")
-    os.chown(folder, 12345, -1)
-
-
-def _below_one_of_all(folder: Path) -> None:
-    folder.mkdir(mode=0o700, parents=True)
-    folder.parent.chmod(0o777)
-
-
-def _file(folder: Path) -> None:
+def plant(folder: Path, how: str) -> None:
+    """Put something in the place of a private folder; "private" makes the folder itself."""
     folder.parent.mkdir(parents=True, exist_ok=True)
-    folder.write_text("")
+    if how == "file":
+        folder.write_text("")
+        return
+    made = folder.with_name(f"behind_{folder.name}") if how == "link" else folder
+    made.mkdir(mode=0o700)
+    if how == "link":
+        folder.symlink_to(made)
+    elif how == "open to others":
+        folder.chmod(0o770)
+    elif how == "below one of all":
+        folder.parent.chmod(0o777)
+    elif how == "of another":
+        if os.getuid() != 0:
+            pytest.skip("only the administrator can give a folder away")
+        os.chown(folder, 12345, -1)
 
 
 @OF_USERS
-@pytest.mark.parametrize("plant", [_open_to_others, _link, _of_another, _file])
+@pytest.mark.parametrize("how", ["open to others", "link", "of another", "file"])
 def test_kernels_are_in_the_first_folder_that_belongs_to_the_user_alone(
-    places: dict[str, Path], capfd: pytest.CaptureFixture[str], plant: Callable[[Path], None]
+    places: dict[str, Path], capfd: pytest.CaptureFixture[str], how: str
 ) -> None:
     kernel_sources._report_refused.cache_clear()
     for folder in places.values():
@@ -143,7 +137,7 @@ def test_kernels_are_in_the_first_folder_that_belongs_to_the_user_alone(
         assert folder.stat().st_mode & 0o777 == 0o700
         assert Path(str(KernelCache(newton.py_func).cache_path)).parent == folder
         shutil.rmtree(folder)
-        plant(folder)
+        plant(folder, how)
         with pytest.raises((PermissionError, FileExistsError)):
             private_folder(folder)
     with pytest.raises((PermissionError, FileExistsError)):
@@ -162,15 +156,11 @@ class Attack:
         return os.mkdir, (str(self.made),)
 
 
-def _private(folder: Path) -> None:
-    folder.mkdir(mode=0o700, parents=True)
-
-
 @OF_USERS
-@pytest.mark.parametrize("plant", [_private, _of_another, _below_one_of_all])
-def test_nothing_is_loaded_from_a_folder_of_others(tmp_path: Path, plant: Callable[[Path], None]) -> None:
+@pytest.mark.parametrize("how", ["private", "of another", "below one of all"])
+def test_nothing_is_loaded_from_a_folder_of_others(tmp_path: Path, how: str) -> None:
     planted, ran = tmp_path / "between" / "planted", tmp_path / "ran"
-    plant(planted)
+    plant(planted, how)
     function = quasi_separable.exponential_product.py_func
     index = Path(KernelCache(function).disk._cache_file._index_path)
     # as the program lays it out, and as numba does
@@ -180,7 +170,7 @@ def test_nothing_is_loaded_from_a_folder_of_others(tmp_path: Path, plant: Callab
         (planted / name / index.name).write_bytes(content)
     surrounding = os.environ | {"NUMBA_CACHE_DIR": str(planted)}
     run = subprocess.run([sys.executable, "-c", ANSWER], env=surrounding, capture_output=True, text=True)
-    trusted = plant is _private  # what is planted there does run
+    trusted = how == "private"  # what is planted there does run
     assert ran.exists() == trusted
     assert ("NUMBA_CACHE_DIR is not used" in run.stderr) != trusted
     assert (run.returncode == 0 and run.stdout != "") != trusted
@@ -231,3 +221,107 @@ def test_hash_of_kernels_has_every_kernel_they_call(name: str) -> None:
         for module in imported.findall(source.read_text(encoding="utf-8")):
             called = root / (module.replace(".", "/") + ".py")
             assert called in own | set(_SHARED), f"{source.name} calls {module}"
+
+
+@pytest.fixture
+def folder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
+    """The folder of kept results, not made yet."""
+    monkeypatch.setenv("MIXED_EHL_CACHE", "")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    return tmp_path / "cache" / "mixed-ehl" / "results"
+
+
+class Count:
+    """Computes a result and counts how often."""
+
+    def __init__(self) -> None:
+        self.calls = 0
+
+    def __call__(self) -> dict[str, Any]:
+        self.calls += 1
+        return {"values": np.linspace(0.0, 1.0, 5) / 3.0, "call": self.calls}
+
+
+def test_a_result_is_computed_once_and_always_where_it_cannot_be_kept(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    make = Count()
+    first, second = kept("results", "a", make), kept("results", "a", make)
+    assert make.calls == 1
+    assert first["values"].tobytes() == second["values"].tobytes()
+    assert folder.stat().st_mode & 0o777 == 0o700 or os.name == "nt"
+    assert [file.name for file in folder.iterdir()] == ["a"]
+    # turned off, and without a place
+    monkeypatch.setenv("MIXED_EHL_CACHE", "off")
+    assert kept("results", "a", make)["call"] == 2
+    monkeypatch.delenv("MIXED_EHL_CACHE")
+
+    def nowhere(kind: str, first: Path | None) -> Path:
+        raise PermissionError(kind)
+
+    monkeypatch.setattr(private_files, "user_folder", nowhere)
+    assert kept("results", "a", make)["call"] == 3
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        lambda content: b"",
+        lambda content: content[:-1],
+        lambda content: content[:40] + bytes([content[40] ^ 1]) + content[41:],
+        # whole, but of a class that is no longer there
+        lambda content: hashlib.sha256(b"cno_module\nno_class\n.").digest() + b"cno_module\nno_class\n.",
+    ],
+)
+def test_a_damaged_entry_is_computed_again(folder: Path, damage: Callable[[bytes], bytes]) -> None:
+    make = Count()
+    kept("results", "a", make)
+    entry = folder / "a"
+    entry.write_bytes(damage(entry.read_bytes()))
+    assert kept("results", "a", make)["call"] == 2
+    assert kept("results", "a", make)["call"] == 2
+    assert make.calls == 2
+
+
+@OF_USERS
+def test_nothing_is_loaded_that_others_could_have_written(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    make, ran = Count(), tmp_path / "ran"
+    content = pickle.dumps(Attack(ran))
+    planted = tmp_path / "planted"
+    planted.write_bytes(hashlib.sha256(content).digest() + content)
+    # a link in the folder, a file without its hash
+    user_folder("results")
+    (folder / "a").symlink_to(planted)
+    (folder / "b").write_bytes(content)
+    assert kept("results", "a", make)["call"] == 1
+    assert kept("results", "b", make)["call"] == 2
+    # a folder that others can write to is passed over, with what is in it
+    folder.chmod(0o777)
+    (folder / "c").write_bytes(planted.read_bytes())
+    assert kept("results", "c", make)["call"] == 3
+    assert not ran.exists()
+    # a file of another user
+    folder.chmod(0o700)
+    true = os.fstat
+    monkeypatch.setattr(
+        private_files.os,
+        "fstat",
+        lambda number: os.stat_result([*true(number)[:4], os.getuid() + 1, *true(number)[5:]]),
+    )
+    assert kept("results", "c", make)["call"] == 4
+    assert not ran.exists()
+
+
+def test_the_least_recently_used_entries_go(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(private_files, "ENTRIES", 3)
+    for place, key in enumerate("abc"):
+        kept("results", key, Count())
+        os.utime(folder / key, (place, place))
+    make = Count()
+    kept("results", "a", make)
+    kept("results", "d", Count())
+    assert make.calls == 0
+    assert {file.name for file in folder.iterdir()} == {"a", "c", "d"}

@@ -9,11 +9,18 @@ from typing import Any
 import numpy as np
 import pytest
 from refusals import refuses
+from samples import CONTACT, contact_case
+from small_plans import sweep_plan
 
+import ehl
+from efficiency.design.design import load_design
+from ehl.common.errors import InputError
+from ehl.common.validation import validate
 from ehl.contact import Contact
 from ehl.surface.finish import Finish
 from ehl.surface.measured_surface import mean_spacing, measured_surface, rms_slope
 from ehl.surface.roughness import generate_profile
+from regression.plan.plan import Plan
 
 STEP = 2e-6
 
@@ -94,22 +101,21 @@ def test_the_command_shows_checks_and_draws(mixed_ehl: Callable[..., Any], tmp_p
         measured_surface(path, cutoff_long="2 m")
 
 
-PRINTED_OF = {"oil": "75w90", "temperature": "90 degC", "pressure_hertz": "1 GPa", "radius_equivalent": "10 mm"}
+PRINTED_OF: dict[str, Any] = CONTACT | {"oil": "75w90", "temperature": "90 degC", "roughness_rms_1": 0.5e-6}
 
 
 def test_what_is_printed_is_an_input(tmp_path: Path) -> None:
     """RSm/5, Sal/1.25 and sqrt(2) Rq/(0.65 Rdq) of one surface; of a known profile within the bounds stated."""
-    keys: dict[str, Any] = PRINTED_OF | {"speed_entrainment": "5 m/s", "roughness_rms_1": 0.5e-6}
     for printed, length in (
         ({"rsm": "80 um"}, 16e-6),
         ({"sal": "20 um"}, 16e-6),
         ({"rdq": 0.05}, 2.0**0.5 * 0.5e-6 / (0.65 * 0.05)),
         ({"rsm": "80 um", "rdq": 0.06, "sal": "20 um"}, 16e-6),
     ):
-        assert Contact(**keys, **printed).surface.correlation_length == pytest.approx(length, rel=1e-12)
-    assert Contact(**keys, rsm="80 um").replace(rsm="60 um").surface.correlation_length == pytest.approx(12e-6)
+        assert Contact(**PRINTED_OF, **printed).surface.correlation_length == pytest.approx(length, rel=1e-12)
+    assert Contact(**PRINTED_OF, rsm="80 um").replace(rsm="60 um").surface.correlation_length == pytest.approx(12e-6)
     found = measured_surface(trace(tmp_path, generate_profile(0.5e-6, 20e-6, 6e-3, STEP, 4).heights))
-    again = Contact(**keys, rsm=found.rsm, rdq=found.rdq).surface.correlation_length
+    again = Contact(**PRINTED_OF, rsm=found.rsm, rdq=found.rdq).surface.correlation_length
     assert again == pytest.approx(found.correlation_length, rel=0.4)
 
 
@@ -124,6 +130,50 @@ def test_what_is_printed_is_an_input(tmp_path: Path) -> None:
     ],
 )
 def test_printed_numbers_that_contradict_are_refused(printed: dict[str, Any], field: str) -> None:
-    keys: dict[str, Any] = PRINTED_OF | {"speed_entrainment": "5 m/s", "roughness_rms_1": 0.5e-6}
     with refuses(field):
-        Contact(**keys | printed)
+        Contact(**PRINTED_OF | printed)
+
+
+@pytest.fixture
+def flank(tmp_path: Path) -> Path:
+    """4 mm of a Gaussian profile: Rq 0.4 um, lc 16 um."""
+    return trace(tmp_path, generate_profile(0.4e-6, 16e-6, 4e-3, STEP, 3).heights)
+
+
+def test_card_holds_what_was_measured(flank: Path, tmp_path: Path) -> None:
+    measured = ehl.measured_surface(flank)
+    card = tmp_path / "mine.toml"
+    card.write_text(Finish.from_profile(flank).to_toml(), encoding="utf-8")
+    finish = Finish.load(str(card))
+    assert finish.name == "trace"
+    assert finish.roughness_rms.value == pytest.approx(measured.roughness_rms, rel=1e-9)
+    assert finish.correlation_length.value == pytest.approx(measured.correlation_length, rel=1e-9)
+    assert finish.roughness_rms.low < 0.4e-6 < finish.roughness_rms.high
+    assert finish.correlation_length.low < 16e-6 < finish.correlation_length.high
+    assert (finish.lay_ratio.value, finish.lay_ratio.high) == (1.0, 5.0)
+    assert finish.measured.rsm == measured.rsm
+    power = np.trapezoid(finish.measured.spectral_density, finish.measured.frequency)
+    assert power == pytest.approx(measured.roughness_rms**2, rel=0.15)
+    for names in ((card, "new"), (tmp_path / "none.toml",)):
+        with pytest.raises(InputError):
+            Finish.load(*map(str, names))
+
+
+def test_card_is_accepted_where_a_finish_is(
+    flank: Path, tmp_path: Path, mixed_ehl: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    outcome = mixed_ehl("new", "finish", flank, "-o", "mine.toml")
+    assert outcome.code == 0, outcome.err
+    assert mixed_ehl("new", "finish", flank, "-o", "mine.toml").code == 2
+    finish = Finish.load("mine.toml")
+    content = sweep_plan("own")
+    del content["variables"]["roughness_rms"]
+    content["surface"] = {"finish": "mine.toml"}
+    _, case = next(validate(Plan, content).cases())
+    for contact in (case, contact_case(surface={"finish": "mine.toml"})):
+        assert contact.surface.roughness_rms_1 == finish.roughness_rms.value
+        assert contact.surface.correlation_length == pytest.approx(finish.correlation_length.value)
+    design = load_design("fm_spiral_bevel_14x39").with_finish("mine.toml")
+    assert design.pinion.roughness_rms == finish.roughness_rms.value
+    assert design.gear.surface_finish() == finish

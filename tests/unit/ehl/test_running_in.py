@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 from refusals import refuses
+from samples import CONTACT
 
 import ehl
 from ehl.rough.mixed import rough_surfaces, worn
@@ -13,10 +14,7 @@ from ehl.uncertainty.contact_design import uncertain_contact_inputs
 from ehl.uncertainty.spread import DEFAULT
 from regression.sweeping.evaluators import input_row
 
-GIVEN: dict[str, Any] = {
-    "oil": "75w90", "temperature": "80 degC", "pressure_hertz": "1 GPa", "radius_equivalent": "15 mm",
-    "speed_entrainment": "1 m/s", "slide_to_roll": 0.3, "accuracy": "fast",
-}  # fmt: skip
+GIVEN: dict[str, Any] = CONTACT | {"oil": "75w90", "temperature": 353.15, "speed_entrainment": 1.0, "accuracy": "fast"}
 
 
 def rough(rms: float = 0.5e-6) -> RoughProfile:

@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -9,13 +10,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+from PIL import Image
 from samples import contact_case
 
 from ehl.common.errors import ConvergenceError
 from ehl.common.validation import validate
 from ehl.contact import Contact
 from ehl.inputs import SurfaceInput
+from ehl.result import ContactResult
 from ehl.rough import solve_transient
+from ehl.view.contact_report import running_mean
 
 EXAMPLE = Path(__file__).resolve().parents[3] / "docs" / "examples" / "contact_rough.toml"
 Cli = Callable[..., Any]
@@ -43,6 +47,7 @@ def test_example_gives_all_figures_and_the_same_ones_again(mixed_ehl: Cli) -> No
         assert first[name] > 0.0
     assert first["friction_error"] >= math.hypot(first["mesh_error"], first["statistical_error"])
     assert first["statistical_error"] <= 0.035
+    assert first["friction_coefficient"] == pytest.approx(first["friction_fluid"] + first["friction_asperity"])
     assert first["asperity_load_share"] < first["roughness_load_share"]
     # a thicker boundary film touches sooner
     assert first["friction_boundary_half"] < first["friction_coefficient"] < first["friction_boundary_double"]
@@ -114,70 +119,22 @@ def test_measured_roughness_left_out_changes_no_more_than_said(kind: str, tmp_pa
     assert skipped.friction_error < 0.025
 
 
-@pytest.mark.parametrize(("slide_to_roll", "speed"), [(0.003, 1.0), (0.001, 0.1)])
-def test_heat_left_out_changes_no_more_than_said(slide_to_roll: float, speed: float) -> None:
-    def friction(thermal: str) -> Any:
-        base = case(rms=0.0, slide_to_roll=slide_to_roll, thermal=thermal)
-        base = base.replace(**{f"solid_{body}": {"thermal_conductivity": 46.0} for body in "12"})
-        contact = base.contact.model_copy(update={"speed_entrainment": speed})
-        return base.model_copy(update={"contact": contact}).solve()
-
-    auto, full = friction("auto"), friction("on")
-    estimate = next(text for text in auto.skipped if "estimated change of ln(viscosity)" in text).split()[-1]
-    assert auto.heat is None
-    assert full.heat is not None
-    change = abs(auto.friction_coefficient / full.friction_coefficient - 1.0)
-    assert change <= auto.friction_error + full.friction_error + float(estimate)
-    assert float(estimate) < 0.02
-    assert case(rms=0.0, slide_to_roll=0.3, thermal="auto").solve().heat is not None
-
-
-# ---- measured profiles -------------------------------------------------------------------------------------------
-
-
-def measured(tmp_path: Path, rows: list[str]) -> Path:
-    """The example with a measured surface 1, and its file."""
-    profile = tmp_path / "flank.csv"
-    profile.write_text("\n".join(rows) + "\n", encoding="utf-8")
-    text = EXAMPLE.read_text(encoding="utf-8")
-    text = text.replace('roughness_rms_1 = "0.35 um"', f'profile_1 = "{profile.as_posix()}"\ncutoff_short = "25 um"')
-    text = text.replace("friction_tolerance = 0.035", "friction_tolerance = 0.2")
-    path = tmp_path / "measured.toml"
-    path.write_text(text, encoding="utf-8")
-    return path
-
-
-def rows(count: int = 1500, unit: str = "um") -> list[str]:
-    """Two waves and a little noise over a tilt; x [mm] every 2 um."""
-    x = 2e-3 * np.arange(count)
-    noise = np.random.default_rng(3).standard_normal(count)
-    z = 0.3 * np.sin(2 * np.pi * x / 0.09) + 0.3 * np.sin(2 * np.pi * x / 0.06 + 1.0) + 0.02 * noise + 0.5 * x
-    return [f"x [mm], height [{unit}]", *(f"{a:.4f}, {b:.5f}" for a, b in zip(x, z, strict=True))]
-
-
-def test_measured_profile_is_used(mixed_ehl: Cli, tmp_path: Path) -> None:
-    path = measured(tmp_path, with_gap(rows()))
-    outcome = mixed_ehl("solve", path, "--json")
-    assert outcome.code == 0
-    result = json.loads(outcome.out)
-    assert "flank.csv: 1 missing points interpolated" in result["notes"]
-    assert result["roughness_load_share"] > 0.0
-    # Rq of two waves of 0.3 um and of the generated surface 2
-    smooth = Contact.from_file(path).model_copy(update={"surface": case(rms=0.0).surface}).solve()
-    assert smooth.film_central / result["film_ratio"] == pytest.approx(math.hypot(0.3, 0.35) * 1e-6, rel=0.05)
-
-
-def with_gap(lines: list[str], count: int = 1) -> list[str]:
-    return [line.split(",")[0] + ", nan" if 700 <= k < 700 + count else line for k, line in enumerate(lines)]
-
-
-@pytest.mark.parametrize("wrong", ["gap", "unit", "missing"])
-def test_bad_profile_is_one_sentence(mixed_ehl: Cli, tmp_path: Path, wrong: str) -> None:
-    path = measured(tmp_path, with_gap(rows(unit="kg" if wrong == "unit" else "um"), 400 if wrong == "gap" else 0))
-    if wrong == "missing":
-        (tmp_path / "flank.csv").unlink()
-    outcome = mixed_ehl("solve", path, "--json")
-    assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)
+def test_measured_profile_is_used(tmp_path: Path) -> None:
+    """Two waves and a little noise over a tilt, and a gap; Rq of both waves and of the generated surface 2."""
+    x = 2e-3 * np.arange(1500)
+    z = 0.3 * np.sin(2 * np.pi * x / 0.09) + 0.3 * np.sin(2 * np.pi * x / 0.06 + 1.0) + 0.5 * x
+    z += 0.02 * np.random.default_rng(3).standard_normal(1500)
+    z[700] = math.nan
+    rows = "\n".join(f"{a:.4f}, {b:.5f}" for a, b in zip(x, z, strict=True))
+    (tmp_path / "flank.csv").write_text(f"x [mm], height [um]\n{rows}\n", encoding="utf-8")
+    contact = Contact.from_file(EXAMPLE).replace(
+        roughness_rms_1=None, profile_1=str(tmp_path / "flank.csv"), cutoff_short="25 um", friction_tolerance=0.2
+    )
+    result = contact.solve()
+    assert "flank.csv: 1 missing points interpolated" in result.notes
+    assert result.transient.roughness_load_share > 0.0
+    smooth = contact.model_copy(update={"surface": case(rms=0.0).surface}).solve()
+    assert smooth.film_central / result.film_ratio == pytest.approx(math.hypot(0.3, 0.35) * 1e-6, rel=0.05)
 
 
 def test_a_contact_of_far_too_much_work_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -207,3 +164,52 @@ def test_steps_that_do_not_converge_are_repeated_on_a_finer_mesh(finer: str, mon
     assert 1.8 * solved[0] < solved[1] < 2.2 * solved[0]
     assert result.status == ("converged" if finer == "converged" else "unsettled")
     assert any("time step halved" in note for note in result.notes) == (finer == "converged")
+
+
+@pytest.fixture(scope="module")
+def result() -> ContactResult:
+    """Cheap, and thin enough that asperities touch."""
+    contact = {"radius_equivalent": 0.01, "pressure_hertz": 1e9, "speed_entrainment": 0.5, "slide_to_roll": 0.4}
+    return contact_case(
+        contact=contact,
+        lubricant={"oil": "fva3", "temperature_oil": "100 degC"},
+        surface={"roughness_rms_1": 0.3e-6, "correlation_length": 60e-6, "boundary_film": 2e-8},
+        model={"accuracy": "fast", "thermal": "off"},
+    ).solve()
+
+
+def line_of(axes: Any, label: str) -> Any:
+    return next(line for line in axes.get_lines() if line.get_label() == label)
+
+
+def test_figure_holds_the_solution(result: ContactResult, tmp_path: Path) -> None:
+    run = result.transient
+    result.write(plot=tmp_path / "rough.png")
+    figure = result.figure()
+    panels = {axes.get_label(): axes for axes in figure.axes}
+    assert set(panels) == {
+        "pressure", "pressure_now", "film", "film_now", "filling", "friction", "heights", "correlation", "spectrum",
+    }  # fmt: skip
+    shown = re.search(r"μ = (\d\.\d+) ", figure.get_suptitle())
+    # as many digits as the error has meaning
+    assert shown
+    assert float(shown[1]) == pytest.approx(result.friction_coefficient, rel=0.3 * result.friction_error)
+    assert len(shown[1].lstrip("0.")) <= 4
+    assert line_of(panels["pressure"], "fluid").get_ydata() == pytest.approx(run.profiles.pressure_fluid / 1e9)
+    assert line_of(panels["pressure"], "macroscopic").get_ydata().max() > 0.0
+    assert line_of(panels["film_now"], "film").get_ydata() == pytest.approx(run.snapshot.film * 1e9)
+    touching = int(np.count_nonzero(run.snapshot.pressure_asperity))
+    assert line_of(panels["film_now"], "contact").get_xdata().size == touching
+    assert line_of(panels["friction"], "each time step").get_ydata().size == run.history_friction.size
+    with Image.open(tmp_path / "rough.png") as picture:
+        assert picture.width > 1000
+
+
+def test_running_mean_ends_at_the_result(result: ContactResult) -> None:
+    run = result.transient
+    travel, mean, half_width = running_mean(run)
+    assert np.all(np.diff(travel) > 0.0)
+    # the last incomplete batch is the difference
+    assert mean[-1] == pytest.approx(run.friction_coefficient, rel=0.03)
+    assert np.isnan(half_width[:4]).all()
+    assert np.all(half_width[4:] > 0.0)

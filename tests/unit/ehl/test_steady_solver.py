@@ -1,37 +1,38 @@
-"""What solve_steady promises: invariances, shear laws, starts, offsets, failures."""
+"""What solve_steady promises, and its compiled loops: shear laws, starts, failures, derivatives, Newton's method."""
 
 import dataclasses
 import math
+import os
+import subprocess
+import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from contacts import line_contact
 from refusals import refuses
+from scipy.interpolate import PchipInterpolator
 
+from ehl.compile._kernels import factored, product, solve_factored
+from ehl.compile.compiler import KERNEL, kernel
 from ehl.contact import Contact
+from ehl.fluid._kernels import inlet_laws, log_mobility
+from ehl.fluid.lookup import law_table
 from ehl.fluid.lubricant import Lubricant
-from ehl.smooth import continuation, scaling
-from ehl.smooth.newton import numbers_of, solve_level
-from ehl.smooth.solver import FALLBACKS, REASONS, film_shear, solve_steady
+from ehl.fluid.rheology import LinearStress, ShearLaw
+from ehl.smooth import _kernels, continuation, scaling
+from ehl.smooth.continuation import PathReport, easy_start
+from ehl.smooth.mesh import Features, grade
+from ehl.smooth.newton import NewtonFactors, NodeGrid, solve_level
+from ehl.smooth.scaling import Offset, ScaledContact
+from ehl.smooth.solver import FALLBACKS, REASONS, solve_steady
 
 OIL = Lubricant(0.02, 1.8e-8, "roelands", rheology="eyring", eyring_stress=5e6)
 
 
 def contact(pressure=1.0e9, radius=0.01, speed=5.0, slip=0.3, lengthwise=0.0):
-    return line_contact(
-        radius_equivalent=radius,
-        effective_modulus=2.264e11,
-        pressure_hertz=pressure,
-        speed_entrainment=speed,
-        slide_to_roll=slip,
-        speed_sliding_lengthwise=lengthwise,
-    )
-
-
-def test_direction_of_sliding_does_not_matter():
-    forward, backward = (solve_steady(contact(slip=s, lengthwise=1.0), OIL) for s in (0.7, -0.7))
-    assert forward.friction_fluid == backward.friction_fluid
-    assert forward.film_min == backward.film_min
+    state = {"radius_equivalent": radius, "effective_modulus": 2.264e11, "pressure_hertz": pressure}
+    return line_contact(**state, speed_entrainment=speed, slide_to_roll=slip, speed_sliding_lengthwise=lengthwise)
 
 
 def test_sliding_along_and_across_share_the_shear_law_not_the_film():
@@ -47,26 +48,6 @@ def test_sliding_along_and_across_share_the_shear_law_not_the_film():
     assert films[0] == pytest.approx(films[1], rel=1e-10)
 
 
-def test_same_groups_same_numbers():
-    # radius, rolling and sliding speed times k leave every group as it is
-    one, two = solve_steady(contact(), OIL), solve_steady(contact(radius=0.07, speed=35.0), OIL)
-    assert two.film_min == pytest.approx(7.0 * one.film_min, rel=1e-9)
-    assert two.friction_fluid == pytest.approx(one.friction_fluid, rel=1e-9)
-    assert two.rolling_traction == pytest.approx(one.rolling_traction, rel=1e-8)
-
-
-def test_start_saves_work_and_changes_nothing():
-    base = solve_steady(contact(), OIL)
-    moved = contact(pressure=1.05e9, speed=4.8)
-    cold, warm = solve_steady(moved, OIL), solve_steady(moved, OIL, start=base)
-    assert warm.fallbacks == ()
-    assert warm.iterations < cold.iterations
-    for name in ("film_central", "film_min"):
-        allowed = getattr(cold, f"{name}_error") + getattr(warm, f"{name}_error")
-        assert getattr(warm, name) == pytest.approx(getattr(cold, name), rel=allowed)
-    assert warm.friction_fluid == pytest.approx(cold.friction_fluid, rel=cold.friction_error + warm.friction_error)
-
-
 def test_far_start_falls_back_to_the_path():
     base = solve_steady(contact(), OIL)
     far = contact(pressure=2.4e9, radius=0.05, speed=0.3)
@@ -74,28 +55,6 @@ def test_far_start_falls_back_to_the_path():
     assert result.status == "converged"
     assert set(result.fallbacks) <= set(FALLBACKS)
     assert result.film_central == pytest.approx(solve_steady(far, OIL).film_central, rel=2e-3)
-
-
-def test_offset_of_the_log_viscosity():
-    barus = Lubricant(0.02, 1.2e-8, "barus", rheology="eyring", eyring_stress=5e6)
-    level = solve_steady(contact(), barus).coarse
-    x, shear = level.x, film_shear(contact(), barus)
-
-    def numbers(oil, offset):
-        scaled = dataclasses.replace(scaling.scaled_contact(contact(), oil), offset=offset)
-        return numbers_of(solve_level(level.grid, scaled, level.unknowns), shear)
-
-    plain, nothing = numbers(barus, None), numbers(barus, scaling.Offset.of(x, np.zeros_like(x)))
-    assert nothing.film_min == pytest.approx(plain.film_min, rel=1e-9)
-    # a constant offset is another inlet viscosity for Barus
-    cooler = numbers(barus, scaling.Offset.of(x, np.full_like(x, 0.4)))
-    same = numbers(dataclasses.replace(barus, viscosity_inlet=0.02 * math.exp(0.4)), None)
-    assert cooler.film_central == pytest.approx(same.film_central, rel=1e-8)
-    assert cooler.pressure_max == pytest.approx(same.pressure_max, rel=1e-8)
-    # heat that thins the oil behind the inlet changes friction, hardly the film
-    local = numbers(barus, scaling.Offset.of(x, -1.0 / (1.0 + np.exp(-(x + 0.5) / 0.1))))
-    assert local.friction < 0.95 * plain.friction
-    assert local.film_central == pytest.approx(plain.film_central, rel=0.02)
 
 
 @pytest.mark.parametrize(
@@ -185,9 +144,7 @@ def test_failure_is_a_status_with_a_reason_and_no_nan(monkeypatch):
     assert result.fallbacks == ()
     assert result.status == "failed"
     assert result.reason in REASONS
-    numbers = [getattr(result, f.name) for f in dataclasses.fields(result)]
-    numbers = [n for n in numbers if isinstance(n, float)]
-    assert not np.isnan(numbers).any()
+    assert not any(number != number for number in dataclasses.astuple(result) if isinstance(number, float))
     assert math.isinf(result.film_error)
     assert result.film_central == 0.0
 
@@ -198,3 +155,217 @@ def test_a_path_whose_last_step_has_no_first_iterate_ends():
     keys |= {"slide_to_roll": -0.000131044, "speed_sliding_lengthwise": 41.316371}
     found = Contact(oil="fva2a", temperature_oil=324.8745942354202, accuracy="fast", **keys).solve()
     assert (found.status, found.reason in REASONS) == ("failed", True)
+
+
+FEATURES = Features(0.1, 1.05, -1.0, 0.2, 0.95, 0.03)
+PRESSURE = 1e9
+HEATED = np.linspace(-3.0, 1.2, 600)
+WARM = Offset(HEATED, np.exp(-((HEATED - np.array([[0.0], [0.1], [-0.2]])) ** 2)) * np.array([[-0.4], [-0.1], [-0.2]]))
+OILS = {
+    "barus": Lubricant(0.02, 1.5e-8, viscosity_law="barus"),
+    "roelands": Lubricant(0.02, 1.5e-8),
+    "modulus": Lubricant(0.02, 1.5e-8, viscosity_law="modulus", modulus_constants=(5e7, 0.0, 0.03, 0.0)),
+}
+
+
+def scaled(law="roelands", gamma=0.3, cross=0.6, offset=None, stiffness=1.0):
+    table = law_table(OILS[law], PRESSURE, heated=False)
+    return ScaledContact(0.02, table, gamma, cross, 10.0, stiffness, offset)
+
+
+def weights(case, n, along=1.0, across=1.0):
+    """Of the mobilities along and across the sliding, with their shares."""
+    cross = np.full(n, case.cross)
+    return cross * along, cross * (along - across) + (1.0 - cross) * across
+
+
+def nodal_state(case, p, h, offset):
+    state = np.empty((_kernels.ROWS, p.size))
+    _kernels.nodal_state(case.groups, p, h, offset, *weights(case, p.size), state)
+    return state[_kernels.RHO :]
+
+
+@pytest.fixture(scope="module")
+def grid():
+    grading = grade(FEATURES)
+    return NodeGrid.of(grading, grading.points(2 * 49 - 1))
+
+
+def unknowns(grid, seed=0):
+    rng = np.random.default_rng(seed)
+    pressure = np.sqrt(np.clip(1.0 - grid.nodes**2, 0.0, None)) + 0.02 * rng.random(grid.nodes.size)
+    pressure[-1] = 0.0
+    return np.append(pressure, [0.4, 0.1, 1.01])  # film constant, flow, stretch
+
+
+def evaluated(grid, case, u):
+    """State and residual, or None outside the domain."""
+    state, residual = np.empty((_kernels.ROWS, grid.nodes.size)), np.empty(grid.nodes.size + 1)
+    upstream = _kernels.tail(grid.mesh.x_in, case.groups)[1]
+    return (state, residual) if _kernels.evaluate(grid.mesh, case.groups, upstream, u, state, residual) else None
+
+
+def test_log_kernel_of_a_constant_pressure(grid):
+    s = grid.nodes[1:-1]
+    left, right = s - grid.nodes[0], grid.nodes[-1] - s
+    exact = left * (np.log(left) - 1.0) + right * (np.log(right) - 1.0)
+    np.testing.assert_allclose(_kernels.log_kernel(grid.nodes).sum(axis=1)[1:-1], exact, rtol=1e-9, atol=1e-9)
+
+
+def twin_nodal_state(case, oil, p, h, offset):
+    gamma, cross = case.gamma, case.cross
+    log_eta = case.stiffness * oil.log_viscosity_ratio(PRESSURE * p) + offset
+    rho = oil.density_ratio(PRESSURE * p)
+    ratio = gamma / h * np.exp(log_eta)
+    angle = np.arcsinh(ratio)
+    across = np.sinh(angle) / angle if gamma > 0.0 else 1.0
+    return rho, log_eta, np.exp(-log_eta) * (cross * np.cosh(angle) + (1.0 - cross) * across)
+
+
+@pytest.mark.parametrize("law", OILS)
+@pytest.mark.parametrize(("gamma", "cross"), [(0.0, 1.0), (0.3, 1.0), (0.3, 0.0), (1e-3, 0.4), (20.0, 0.4)])
+def test_nodal_state(law, gamma, cross):
+    case = scaled(law, gamma, cross, stiffness=0.7)
+    p, h, offset = np.linspace(0.0, 1.3, 40), np.linspace(3.0, 0.05, 40), np.linspace(-0.5, 0.2, 40)
+
+    def state(p, h, offset):
+        return nodal_state(case, p, h, offset)
+
+    values = state(p, h, offset)
+    for mine, twin in zip(
+        (values[0], values[2], values[3]), twin_nodal_state(case, OILS[law], p, h, offset), strict=True
+    ):
+        np.testing.assert_allclose(mine, twin, rtol=2e-8, atol=1e-8)
+    step = 1e-6
+    centre = p + 1e-3, h, offset
+    slopes = [state(*centre)[i] for i in (1, 4, 5, 6)]
+    for slope, place, output in zip(slopes, (0, 0, 1, 2), (0, 3, 3, 3), strict=True):
+        up, down = list(centre), list(centre)
+        up[place], down[place] = up[place] + step, down[place] - step
+        twin = (state(*up)[output] - state(*down)[output]) / (2.0 * step)
+        np.testing.assert_allclose(slope, twin, rtol=2e-6, atol=1e-9 * np.abs(twin).max() + 1e-15)
+
+
+@pytest.mark.parametrize("cross", [0.0, 0.4, 1.0])
+def test_nodal_state_with_a_stress_that_rises_with_pressure(cross):
+    """The short form against the general law in logarithms, whose directions add with the weights of a hot film."""
+    shear = ShearLaw("eyring", LinearStress(4e6, 0.02)).numbers(PRESSURE, 5e6, 0.01)
+    case = replace(scaled(cross=cross), shear=shear)
+    p, h, offset = np.linspace(0.0, 1.3, 40), np.geomspace(3.0, 0.01, 40), np.linspace(-0.5, 0.2, 40)
+    state = np.empty((_kernels.ROWS, p.size))
+    shares = 0.9, 0.7
+    _kernels.nodal_state(case.groups, p, h, offset, *weights(case, p.size, *shares), state)
+    for i in range(p.size):
+        _, slope, _, _ = inlet_laws(p[i], case.table)
+        twin = np.zeros(4)
+        for along, (weight,) in zip((1.0, 0.0), weights(case, 1, *shares), strict=True):
+            value, *by = log_mobility(state[_kernels.LOG_ETA, i], case.gamma, h[i], p[i], along, shear)
+            slopes = 1.0, by[0] * slope * case.stiffness + by[2], by[1] / h[i], by[0]
+            twin += weight * np.exp(value) * np.array(slopes)
+        np.testing.assert_allclose(state[_kernels.F : _kernels.F_X + 1, i], twin, rtol=1e-9, atol=1e-12 * twin[0])
+
+
+def test_nodal_state_below_zero_pressure_continues_the_tangent():
+    case = scaled()
+    near = nodal_state(case, np.array([-1e-7, 1e-7]), np.ones(2), np.zeros(2))
+    for values in near:
+        assert values[0] == pytest.approx(values[1], rel=1e-5, abs=1e-5)
+
+
+def test_monotone_cubic_is_that_of_scipy():
+    rng = np.random.default_rng(3)
+    for _ in range(20):
+        x, y = np.sort(rng.random(12)), rng.normal(size=12)
+        y[4] = y[5]  # a flat piece
+        twin, at = PchipInterpolator(x, y), np.sort(rng.uniform(x[0], x[-1], 60))
+        values, slopes = _kernels.monotone_cubic(x, y, np.concatenate(([x[0] - 1.0], at, [x[-1] + 1.0])))
+        np.testing.assert_allclose(values, [y[0], *twin(at), y[-1]], rtol=1e-11, atol=1e-12)
+        np.testing.assert_allclose(slopes, [0.0, *twin.derivative()(at), 0.0], rtol=1e-8, atol=1e-7)
+
+
+@pytest.mark.parametrize("law", OILS)
+@pytest.mark.parametrize("offset", [None, WARM], ids=["cold", "hot"])
+def test_jacobian_is_the_derivative_of_the_residual(grid, law, offset):
+    case, u = scaled(law, offset=offset), unknowns(grid, list(OILS).index(law))
+    n = grid.nodes.size
+    matrix, scale = np.empty((n + 1, n + 1)), np.empty(n + 1)
+    _kernels.jacobian(grid.mesh, case.lam, u, evaluated(grid, case, u)[0], matrix, scale)
+    for column in [0, 1, 7, n // 2, n - 4, n - 3, n - 2, n - 1, n]:
+        place = column + 1 if column < n - 2 else column + 2  # the pressure at both ends is no unknown
+        step = 1e-6 * np.eye(n + 3)[place]
+        slope = (evaluated(grid, case, u + step)[1] - evaluated(grid, case, u - step)[1]) / 2e-6
+        # solving for the slope returns the unit vector
+        back = np.linalg.solve(matrix, scale * slope)
+        np.testing.assert_allclose(back, np.eye(n + 1)[column], atol=2e-5)
+
+
+def test_newton_says_why_it_ends(grid):
+    case, u = scaled(), unknowns(grid)
+    state, residual = np.empty((_kernels.ROWS, grid.nodes.size)), np.empty(grid.nodes.size + 1)
+    factors = NewtonFactors(grid)
+    work = factors.matrix, factors.scale, factors.pivots
+
+    def end(place, value, most=40):
+        start = u.copy()
+        start[place] = value
+        return _kernels.newton(grid.mesh, case.groups, start, 1e-8, most, state, residual, *work, False)[0]
+
+    assert end(-1, u[-1], most=1) in (_kernels.LIMIT, _kernels.EXHAUSTED)
+    assert end(-3, -5.0) == end(-3, -1e3) == end(3, np.nan) == _kernels.INFEASIBLE  # closed films, no number
+
+
+def test_newton_from_the_factors_of_a_similar_contact():
+    """The same root, with fewer matrices; factors of another contact are given up."""
+    near, easy = easy_start(scaled(), 49, PathReport())
+    case = replace(easy, offset=WARM)
+    warmer = replace(easy, offset=Offset(HEATED, 1.025 * WARM.rows))
+    factors = NewtonFactors(near.grid)
+    first = solve_level(near.grid, case, near.unknowns, factors=factors)
+    assert factors.known
+    plain = solve_level(near.grid, warmer, first.unknowns)
+    found = solve_level(near.grid, warmer, first.unknowns, factors=factors)
+    assert found.iterations < plain.iterations
+    factors.matrix[:] = np.eye(near.grid.nodes.size + 1)
+    factors.pivots[:] = np.arange(1, factors.pivots.size + 1)
+    anew = solve_level(near.grid, warmer, first.unknowns, factors=factors)
+    assert anew.iterations == plain.iterations
+    for level in (found, anew):
+        np.testing.assert_allclose(level.unknowns.pressure, plain.unknowns.pressure, atol=1e-9)
+        assert level.unknowns.flow == pytest.approx(plain.unknowns.flow, rel=1e-8)
+
+
+SOLVE = """
+from ehl import Contact
+print(Contact(pressure_hertz=1e9, radius_equivalent=15e-3, speed_entrainment=5.0, slide_to_roll=0.3,
+              temperature_oil="90 degC", oil="fva3", accuracy="fast", thermal="on").solve().friction_coefficient)
+"""
+
+
+@kernel(cache=False, **KERNEL)
+def solved(matrix, right):
+    """Solution, what is left of the right side, and whether there is one."""
+    n = right.size
+    factors, pivots, x, left = matrix.copy(), np.empty(n, np.int32), right.copy(), np.empty(n)
+    good = factored(factors, pivots)
+    if good:
+        solve_factored(factors, pivots, x)
+    product(matrix, x, left)
+    return good, x, left
+
+
+def test_solution_by_the_factors_of_the_transposed_matrix():
+    rng = np.random.default_rng(0)
+    matrix, right = rng.standard_normal((31, 31)), rng.standard_normal(31)
+    good, x, left = solved(matrix, right)
+    assert good
+    np.testing.assert_allclose(x, np.linalg.solve(matrix, right), rtol=1e-9)
+    np.testing.assert_allclose(left, right, rtol=1e-9)
+    assert not solved(np.ones((5, 5)), np.ones(5))[0]
+
+
+def test_a_smooth_contact_without_compiler_is_the_same():
+    options = {"capture_output": True, "text": True, "check": True}
+    surroundings = (os.environ, os.environ | {"NUMBA_DISABLE_JIT": "1"})
+    runs = [subprocess.run([sys.executable, "-c", SOLVE], env=each, **options) for each in surroundings]
+    answers = [float(run.stdout) for run in runs]
+    assert answers[1] == pytest.approx(answers[0], rel=1e-9)

@@ -1,4 +1,4 @@
-"""One table in every form: hostile words stay words, numbers keep their digits, files are SI."""
+"""One table in every form, and the pages and files of a result: hostile words stay words, files are SI."""
 
 import csv
 import html
@@ -6,13 +6,20 @@ import io
 import json
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from openpyxl import load_workbook
+from pages import read_page
+from refusals import refuses
 from rich.console import Console
 
-from ehl.common.pages import write_csv, write_workbook
-from ehl.common.sections import Head, Section
+from ehl.common.notes import Note, NoteKind, group_notes, notes_table
+from ehl.common.pages import Reportable, TableResult, write_csv, write_workbook
+from ehl.common.sections import Code, Folded, Head, KeyFigures, MainResult, Medium, Notes, Picture, Row, Section, Text
 from ehl.common.table import Column, Table
 
 HOSTILE = ["pair [80W]", "[/x]", "[bold red]no", "=cmd|' /C calc'!A0", "+1-1", "@SUM(A1)", "油脂テスト", "<b>&</b>"]
@@ -119,3 +126,138 @@ def test_columns_may_hold_another_quantity_under_their_name(tmp_path: Path) -> N
 def test_rows_of_another_length_are_refused() -> None:
     with pytest.raises(ValueError, match="rows of 2 cells"):
         Table(["a", "b"], [(1,)])
+
+
+KINDS = (NoteKind("teeth yield", "fault"), NoteKind("edges carry", "warning"), NoteKind("safety", "warning", low=True))
+
+
+def figure() -> Figure:
+    drawn = Figure()
+    axes = drawn.add_subplot()
+    axes.plot([0.2, 0.7], [0, 1])
+    axes.set_xscale("log")
+    return drawn
+
+
+class Result(Reportable):
+    """A result with every kind of item."""
+
+    def sections(self, medium: Medium = "page") -> list[Section]:
+        table = Table(["name", "value"], [["x", "1"], ["y", "2"]], "cap", ["a note"], "numbers", highlight=1)
+        if medium != "page":
+            return [Section("", [Head("Title"), table, Notes([Note("warning", "hot")])])]
+        many = [Note("warning", f"note {k} at 90 degC", 2, f"{k} N m") for k in range(5)]
+        answer = MainResult("99.1 %", "efficiency", [("98 to 99.5 %", "interval")])
+        row = Row([Picture(figure, "a line", "line"), Picture(figure, "another")])
+        return [
+            Section("", [Head("Title & more", "subtitle", "footer"), answer, KeyFigures([("5 W", "loss")])]),
+            Section("One", [Text("a < b"), Folded("The formula", [Code("mu = 0.05")]), Notes(many, cases=7)]),
+            Section("Two", [table, row, Row([Text("left"), Text("right")])]),
+        ]
+
+    def to_dict(self) -> dict[str, Any]:
+        return {"x": 1}
+
+    def _plot(self, ax: Axes | None, **options: Any) -> Axes:
+        return figure().axes[0] if ax is None else ax
+
+
+def test_page_holds_everything_and_escapes(tmp_path: Path) -> None:
+    page = read_page(Result().report(tmp_path / "sub" / "page.html"))
+    assert page.sections[0].startswith("99.1 % efficiency 98 to 99.5 % interval 5 W loss")
+    assert "1. One 2. Two" in page.sections[0]
+    for part in ("Title & more", "a < b", "mu = 0.05", "cap", "a line", "footer", "2 further notes"):
+        assert part in page.text
+    # units typeset, each note with its count and the worst case
+    assert "note 4 at 90 °C 2 of 7; worst: 4 N m" in page.sections[1]
+    assert 'class="highlight"' in page.source
+    assert page.source.count("<svg") == 2
+
+
+@pytest.mark.usefixtures("svg_figures")
+def test_powers_of_ten_between_the_marks_of_an_axis_are_typeset(tmp_path: Path) -> None:
+    page = Result().report(tmp_path / "page.html")
+    assert "mathdefault" not in page.read_text(encoding="utf-8")
+
+
+def test_suffix_chooses_the_kind_of_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    result = Result()
+    assert json.loads(result.report(tmp_path / "r.json").read_text()) == {"x": 1}
+    assert result.report(tmp_path / "r.csv").read_text() == "name,value\nx,1\ny,2\n"
+    book = load_workbook(result.report(tmp_path / "r.xlsx"))
+    assert book.sheetnames == ["about", "numbers", "notes"]
+    assert book["about"]["B1"].value == "Title"
+    places = {"report": "p.html", "xlsx": "p.xlsx", "csv": "tables", "plot": "figures"}
+    written = result.write(**{name: tmp_path / place for name, place in places.items()})
+    assert [path.name for path in written] == list(places.values())
+    # a picture without name is part of the page alone
+    assert [path.name for path in (tmp_path / "figures").iterdir()] == ["line.png"]
+    assert {path.name for path in (tmp_path / "tables").iterdir()} == {"numbers.csv", "notes.csv"}
+    assert result.figure("line").axes
+    result.write(plot=tmp_path / "main.svg")
+    assert "<svg" in (tmp_path / "main.svg").read_text(encoding="utf-8")
+    axes = figure().axes[0]
+    assert result.plot(axes) is axes
+    (tmp_path / "file").write_text("")
+    for place in ("r.doc", "file/page.html"):
+        with refuses("report"):
+            result.report(tmp_path / place)
+    with refuses("report"):
+        result.write(report=tmp_path / "r.xlsx")
+    with refuses("figure"):
+        result.figure("nothing")
+    result.show()
+    shown = capsys.readouterr().out
+    for part in ("cap", "a note", "warning", "hot"):
+        assert part in shown
+
+
+class Single(TableResult):
+    def table(self) -> Table:
+        return Table(["oil", "film_central"], [["fva3", 2.5e-7]], "films")
+
+
+def test_a_table_is_a_result(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    single = Single()
+    assert single.report(tmp_path / "t.csv").read_text(encoding="utf-8") == "oil,film_central [m]\nfva3,2.5e-07\n"
+    assert single.to_frame()["film_central"].tolist() == [2.5e-7]
+    assert single.to_dict() == {"rows": [{"oil": "fva3", "film_central": 2.5e-7}]}
+    assert single._repr_html_().startswith("<table>")
+    single.show()
+    assert "films" in capsys.readouterr().out
+    with refuses("plot"):
+        single.plot()
+
+
+def test_notes_that_differ_in_numbers_and_places_are_one_row() -> None:
+    said = [
+        ("50 N m", "edges carry 2 % of the torque (gear tip 2 %), near the toe"),
+        ("90 N m", "edges carry 11 % of the torque (pinion tip 11 %), near the heel"),
+        ("90 N m", "another kind at 3 of 24 places, near the root"),
+        ("70 N m", "another kind at 5 of 24 places, near the tip"),
+        ("90 N m", "safety 0.8 below 1"),
+        ("70 N m", "safety 0.9 below 1"),
+        ("90 N m", "2.1 GPa: the teeth yield"),
+    ]
+    notes = group_notes(said, KINDS)
+    assert [(note.grade, note.count, note.where) for note in notes] == [
+        ("fault", 1, "90 N m"),
+        ("warning", 2, "90 N m"),
+        ("warning", 2, "90 N m"),
+        ("warning", 2, "70 N m"),
+    ]
+    assert [said.index((note.where, note.text)) for note in notes] == [6, 1, 4, 3]  # the worst of each kind
+    assert notes_table(notes, 4).rows[1][1:3] == ("2 of 4", "90 N m")
+    assert group_notes([], KINDS) == []
+
+
+def test_of_cases_that_say_the_same_none_is_the_worst(capsys: pytest.CaptureFixture[str]) -> None:
+    said = [(f"model {letter}", "the same, in 2007") for letter in "cab"]
+    (same,) = group_notes(said)
+    assert (same.count, same.where) == (3, "model c; model a; ...")
+    assert notes_table([same, Note("for information", "of every case")], 3).rows == (
+        ("warning", "all", None, "the same, in 2007"),
+        ("for information", "all", None, "of every case"),
+    )
+    notes_table([], 3).print()
+    assert capsys.readouterr().out == ""

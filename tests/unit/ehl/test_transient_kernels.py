@@ -1,4 +1,4 @@
-"""Kernels of the transient solver against plain NumPy twins."""
+"""Kernels of the transient solver: elasticity along the line and lateral, laws of the oil, Newton matrix, side flow."""
 
 import math
 from dataclasses import replace
@@ -6,40 +6,43 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from contacts import line_contact
-from twins.exact_elasticity import LogConvolution
+from scipy.integrate import dblquad, quad
+from scipy.special import k0
+from twins.exact_elasticity import elastic_error
+from twins.rough_scenes import Scene, eyring_oil, gaussian_pair, line
 
 from ehl.common.data import data_names
 from ehl.compile._kernels import log as log_of_one
 from ehl.compile.compiler import FAST_KERNEL, kernel
 from ehl.fluid._kernels import inlet_laws
-from ehl.fluid.density import Tait, TaitCompression
-from ehl.fluid.free_volume import Doolittle, ImprovedYasutomi, McEwenPaluch, OriginalYasutomi
+from ehl.fluid.density import TaitCompression
+from ehl.fluid.free_volume import McEwenPaluch
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
-from ehl.rough._kernels.fluid import (
-    balanced_shear_row,
-    fluidity_rows,
-    isothermal_shear_row,
-    list_changed,
-    refresh_rows,
-    temperature_place,
-)
-from ehl.rough._kernels.motion import sample_profile
+from ehl.rough._kernels.fluid import fluidity_rows, temperature_place
 from ehl.rough._kernels.quasi_separable import MODES, exponential_product, factor_and_solve
-from ehl.rough._kernels.records import FluidityRows, HeatRows
+from ehl.rough._kernels.records import Fluid, FluidityRows
+from ehl.rough._kernels.side_flow import (
+    OUTFLOW_MAX,
+    OUTFLOW_PRESSURE,
+    deflect_mean,
+    isotropic_outflow,
+    update_mean_total,
+)
 from ehl.rough._kernels.vectors import exp, log
 from ehl.rough.exponential_sums import (
+    bessel_kernel,
     fit_log_kernel,
     fit_root_kernel,
     kernel_constant,
     log_coefficients,
     log_kernel,
-    range_of,
+    quad_bessel,
 )
-from ehl.rough.scaling import Units, scaled_fluid
+from ehl.rough.run import TransientRun
+from ehl.rough.scaling import ELASTIC_MODES, MARKS_ALONG, Units, flattening_wave_number, scaled_fluid
 
 MODULUS = (3.4e7, 5.0e5, 3.4e-2, 3.0e-5)
-VOGEL: dict[str, dict[str, object]] = {"barus": {}, "roelands": {}, "modulus": {"temperature_constants": (800.0, 95.0)}}
 
 
 def distances(n: int) -> np.ndarray:
@@ -52,32 +55,21 @@ def test_log_coefficients_are_the_integral_of_the_logarithm() -> None:
     np.testing.assert_allclose(log_coefficients(3)[:2], [1.0 + math.log(2.0), exact], rtol=1e-14)
 
 
-@pytest.mark.parametrize(("n", "modes", "bound"), [(256, 10, 1e-4), (1024, 10, 2e-4), (1024, 14, 2e-5)])
-def test_fitted_log_kernel_states_its_error(n: int, modes: int, bound: float) -> None:
-    fit = fit_log_kernel(n, modes)
-    kernel = log_coefficients(n) + kernel_constant(n)
-    deviation = np.abs(fit.evaluate(np.arange(n, dtype=float)) - kernel)
-    assert deviation.max() == pytest.approx(fit.error)
-    assert fit.error < bound  # the kernel spans ln n = 5.5 to 7
-    assert deviation[0] < 1e-12
-    assert fit.ratios[-1] == 0.0
-
-
 @pytest.mark.parametrize("modes", [MODES, 10])
 @pytest.mark.parametrize("n", [64, 512, 4096, 32768])
-def test_tabulated_kernel_states_its_error_and_is_as_good_as_a_fit(n: int, modes: int) -> None:
+def test_fitted_log_kernel_states_its_error(n: int, modes: int) -> None:
     table, fit = log_kernel(n, modes), fit_log_kernel(n, modes)
-    d = np.arange(n, dtype=float)
     kernel = log_coefficients(n) + kernel_constant(n)
-    assert np.abs(table.evaluate(d) - kernel).max() == pytest.approx(table.error)
+    for found in (table, fit):
+        deviation = np.abs(found.evaluate(np.arange(n, dtype=float)) - kernel)
+        assert deviation.max() == pytest.approx(found.error)
+        # the kernel spans ln n
+        assert found.error < (0.12 if modes == MODES else 3e-4 if n > 512 else 1.2e-5) * math.log(n)
+    assert deviation[0] < 1e-12
     # the optimum is flat: where the fit stops depends on the machine, so that the table may be a little better or worse
     assert table.error < 1.01 * fit.error
-    assert table.error < (0.12 if modes == MODES else 3e-4) * math.log(n)  # the kernel spans ln n
     assert log_kernel(n, modes) is table
-
-
-def test_a_kernel_out_of_the_table_is_fitted() -> None:
-    assert log_kernel(128, 7).weights.size == 7
+    assert log_kernel(128, 7).weights.size == 7  # not of the table
 
 
 def test_fitted_root_kernel_against_the_integral() -> None:
@@ -87,18 +79,6 @@ def test_fitted_root_kernel_against_the_integral() -> None:
     assert np.abs(fit.evaluate(j) / exact - 1.0).max() < 5e-3
     # the temperature under a constant flux, which is what the memory computes
     np.testing.assert_allclose(np.cumsum(fit.evaluate(j)), 2.0 * np.sqrt(j + 1.0), rtol=1e-3)
-
-
-def test_recursion_matches_dense_and_fft_products() -> None:
-    n = 200
-    fit = fit_log_kernel(range_of(n), 10)
-    q = np.random.default_rng(1).random(n)
-    out = np.zeros(n)
-    exponential_product(q, fit.weights, fit.ratios, out)
-    np.testing.assert_allclose(out, fit.evaluate(np.arange(n, dtype=float))[distances(n)] @ q, rtol=1e-12)
-    reference = LogConvolution(n).apply(q)
-    np.testing.assert_allclose(reference, (log_coefficients(n) + kernel_constant(256))[distances(n)] @ q, rtol=1e-12)
-    np.testing.assert_allclose(out, reference, rtol=2e-6)
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -141,44 +121,9 @@ def test_elementary_functions_match_the_library() -> None:
     assert exp(-1e9) == pytest.approx(0.0, abs=1e-300)
 
 
-@kernel(cache=False, **FAST_KERNEL)  # it compiles kernels of other files in
-def refreshed(rows, boundary, fluid, everything):  # type: ignore[no-untyped-def]
-    """Fluidity after a change of film and pressure; returns the number of evaluated points."""
-    count = list_changed(rows, boundary, 0, rows.film.size, everything)
-    refresh_rows(rows, boundary, fluid, fluid.along, 2.0, 0, rows.film.size, everything)
-    return 4 * count
-
-
-@pytest.mark.parametrize(("rheology", "lengthwise"), [("newtonian", 0.0), ("eyring", 3.0)])
-def test_fluidity_is_evaluated_where_it_changed_and_linear_elsewhere(rheology: str, lengthwise: float) -> None:
-    fluid = scaled("roelands", rheology, lengthwise, heated=True)[2]
-    rng = np.random.default_rng(2)
-    film, pressure = 0.02 + rng.random(43), 1.6 * rng.random(43)
-    rows = rows_of(film, pressure, 60.0)
-    assert refreshed(rows, 0.05, fluid, True) == 44
-    film[:] *= 1.0 + 1e-6 * rng.standard_normal(43)
-    pressure[:] += 1e-7 * rng.standard_normal(43)
-    pressure[21] += 1e-2
-    rows.film[:], rows.pressure[:] = film, pressure
-    assert refreshed(rows, 0.05, fluid, False) == 4
-    exact = rows_of(film, pressure, 60.0)
-    refreshed(exact, 0.05, fluid, True)
-    np.testing.assert_allclose(rows.f, exact.f, rtol=1e-8)
-    assert rows.f[21] == exact.f[21]
-
-
-def lubricant(law: str, rheology: str, **extra: object) -> Lubricant:
-    constants = MODULUS if law == "modulus" else ()
-    return Lubricant(
-        0.02, 15e-9, viscosity_law=law, modulus_constants=constants, rheology=rheology, eyring_stress=5e6, **extra
-    )  # type: ignore[arg-type]
-
-
-def scaled(law: str, rheology: str, lengthwise: float = 0.0, heated: bool = False, **extra: object):
+def scaled(lubricant: Lubricant, lengthwise: float = 0.0, heated: bool = True) -> Fluid:
     contact = line_contact(slide_to_roll=0.4, speed_sliding_lengthwise=lengthwise)
-    oil = lubricant(law, rheology, **extra)
-    units = Units(contact.half_width, 1e9, 1e-6, 2e-6, 4e-7)
-    return contact, oil, scaled_fluid(contact, oil, units, 20e-6, heated)
+    return scaled_fluid(contact, lubricant, Units(contact.half_width, 1e9, 1e-6, 2e-6, 4e-7), 20e-6, heated)
 
 
 def rows_of(film: np.ndarray, pressure: np.ndarray, thermal: float) -> FluidityRows:
@@ -188,50 +133,25 @@ def rows_of(film: np.ndarray, pressure: np.ndarray, thermal: float) -> FluidityR
     return rows
 
 
-@pytest.mark.parametrize("law", ["barus", "roelands", "modulus"])
-@pytest.mark.parametrize(("rheology", "lengthwise"), [("newtonian", 0.0), ("eyring", 0.0), ("eyring", 3.0)])
-@pytest.mark.parametrize("heated", [False, True])
-def test_fluidity_matches_its_formula_and_its_derivatives(
-    law: str, rheology: str, lengthwise: float, heated: bool
-) -> None:
-    contact, oil, fluid = scaled(law, rheology, lengthwise, heated, **VOGEL[law])
-    rng = np.random.default_rng(3)
-    film, pressure = 0.02 + rng.random(40), 1.6 * rng.random(40)
-    warm = oil.temperature + (40.0 if heated else 0.0)
-    place = temperature_place(warm, fluid.table)
-    rows = rows_of(film, pressure, place)
-    boundary, scale = 0.05, 2.0
-    fluidity_rows(rows, boundary, fluid, fluid.along, scale)
-    h = np.maximum(film, boundary)
-    eta = np.exp(oil.log_viscosity(pressure * 1e9, np.full(40, warm)))
-    if rheology == "newtonian":
-        factor = np.ones(40)
-    else:
-        s = np.arcsinh(eta * contact.speed_sliding / (oil.eyring_stress * h * 1e-6))
-        cos2 = contact.sliding_cosine**2
-        factor = cos2 * np.cosh(s) + (1.0 - cos2) * np.sinh(s) / s
-    expected = scale * oil.density_ratio(pressure * 1e9) * h**3 * factor * oil.viscosity_inlet / eta
-    np.testing.assert_allclose(rows.f, expected, rtol=1e-6 if heated else 2e-8)
-
-    step = 1e-6
-    up, down = (rows_of(film + d, pressure, place) for d in (step, -step))
-    right, left = (rows_of(film, pressure + d, place) for d in (step, -step))
-    for other in (up, down, right, left):
-        fluidity_rows(other, boundary, fluid, fluid.along, scale)
-    free = film > boundary + 2.0 * step
-    by_film = (up.f - down.f) / (2.0 * step)
-    np.testing.assert_allclose(rows.by_film[free], by_film[free], rtol=1e-6, atol=1e-9 * expected.max())
-    assert np.all(rows.by_film[film < boundary] == 0.0)
-    # density is left out of the pressure derivative: it changes f by less than 1e-3 of what viscosity does
-    log_density = np.log(oil.density_ratio((pressure + step) * 1e9) / oil.density_ratio((pressure - step) * 1e9))
-    by_pressure = (right.f - left.f) / (2.0 * step) - rows.f * log_density / (2.0 * step)
-    np.testing.assert_allclose(rows.by_pressure, by_pressure, rtol=1e-5, atol=1e-8 * expected.max())
+BOX = Lubricant(0.02, 15e-9, temperature=363.15, temperature_viscosity=0.035)
+BOXES = {
+    "barus": replace(BOX, viscosity_law="barus"),
+    "roelands": BOX,
+    "modulus": replace(BOX, viscosity_law="modulus", modulus_constants=MODULUS, temperature_constants=(800.0, 95.0)),
+} | {name: replace(Oil.load(name).at(353.15), rheology="newtonian") for name in data_names("oils")}
+MCEWEN = McEwenPaluch(K=6e-5, B=900.0, C=95.0, a0=20e-9, a0_fall=5e-3, q=3.0, CF=6.0, pinf=2.5e9, pinf_rise=8e6)
+BOXES["mcewen_paluch"] = replace(
+    BOX, viscosity_law="mcewen_paluch", absolute_law=MCEWEN, compression=TaitCompression(1e9, 11.0)
+)
+# what the table is worth for laws near a pole or kink there: of ln(eta/eta0)
+TABLE_ERROR = {"5p4e": 2.5e-5, "mcewen_paluch": 2.5e-6, "pg_1_1": 2.5e-6, "fva2": 8e-6}
 
 
 @pytest.mark.parametrize("rheology", ["newtonian", "eyring"])
 @pytest.mark.parametrize("short", [True, False])
 def test_fluidity_of_a_hot_film_adds_both_directions_with_their_shares(rheology: str, short: bool) -> None:
-    fluid = scaled("roelands", rheology, 3.0)[2]._replace(short=short)
+    oil = replace(BOX, rheology="eyring", eyring_stress=5e6) if rheology == "eyring" else BOX
+    fluid = scaled(oil, 3.0, heated=False)._replace(short=short)
     rng = np.random.default_rng(6)
     film, pressure = 0.02 + rng.random(40), 1.6 * rng.random(40)
     along, share, other = 0.4, 0.5 + 0.5 * rng.random(40), 0.3 + 0.2 * rng.random(40)
@@ -245,94 +165,15 @@ def test_fluidity_of_a_hot_film_adds_both_directions_with_their_shares(rheology:
         np.testing.assert_allclose(getattr(rows, name), expected, rtol=1e-9)
 
 
-@pytest.mark.parametrize("law", ["barus", "roelands", "modulus"])
-@pytest.mark.parametrize("rheology", ["newtonian", "eyring"])
-def test_shear_row_matches_the_lubricant(law: str, rheology: str) -> None:
-    contact, oil, fluid = scaled(law, rheology, 2.0, limiting_shear_coefficient=0.06)
-    film, pressure = np.linspace(0.01, 2.0, 30), np.linspace(0.0, 1.8, 30)
-    tau = np.zeros(30)
-    isothermal_shear_row(film, pressure, 0.1, fluid, tau)
-    expected = oil.shear_stress(pressure * 1e9, np.maximum(film, 0.1) * 1e-6, contact.speed_sliding) / 1e9
-    expected[pressure == 0.0] = 0.0
-    np.testing.assert_allclose(tau, expected, rtol=1e-8)
-
-
-@pytest.mark.parametrize("law", ["barus", "roelands", "modulus"])
-@pytest.mark.parametrize("rheology", ["newtonian", "eyring"])
-def test_heated_shear_stress_balances(law: str, rheology: str) -> None:
-    contact, oil, fluid = scaled(law, rheology, heated=True, limiting_shear_coefficient=0.08, **VOGEL[law])
-    n = 40
-    rng = np.random.default_rng(5)
-    pressure, film = 1.5 * rng.random(n), 0.1 + rng.random(n)
-    pressure[:4] = 0.0
-    rows = HeatRows(*(np.zeros(n) for _ in HeatRows._fields))
-    rows.base[:] = oil.temperature + 5.0 * rng.random(n)
-    rows.resistance[:] = np.where(pressure > 0.0, 10.0 ** rng.uniform(2.5, 4.0, n), 0.0)
-    tau, temperature = np.zeros(n), np.zeros(n)
-    balanced_shear_row(rows, film, pressure, 0.05, fluid, temperature, tau)
-    np.testing.assert_allclose(temperature, rows.base + rows.resistance * tau, atol=0.1)
-    eta = np.exp(oil.log_viscosity(pressure * 1e9, temperature))
-    stress = eta * contact.speed_sliding / (film * 1e-6)
-    if rheology == "eyring":
-        stress = oil.eyring_stress * np.arcsinh(stress / oil.eyring_stress)
-    np.testing.assert_allclose(tau * 1e9, np.minimum(stress, 0.08 * pressure * 1e9), rtol=5e-3)
-
-
-def test_profile_moves_by_the_shift() -> None:
-    size = 400
-    phase = 2.0 * np.pi * np.arange(size) / size
-    profile = np.sin(3.0 * phase)
-    for shift in (0.0, 7.0, -3.25, 1234.6):
-        out = np.zeros(150)
-        sample_profile(profile, shift, -1.0, out)
-        expected = -np.sin(3.0 * 2.0 * np.pi * (2.0 * np.arange(150) - shift) / size)
-        np.testing.assert_allclose(out, expected, atol=2e-6)
-
-
-BOX = Lubricant(0.02, 15e-9, temperature=363.15, temperature_viscosity=0.035)
-BOXES = {
-    "barus": replace(BOX, viscosity_law="barus"),
-    "roelands": BOX,
-    "modulus": replace(BOX, viscosity_law="modulus", modulus_constants=MODULUS, temperature_constants=(800.0, 95.0)),
-} | {name: replace(Oil.load(name).at(353.15), rheology="newtonian") for name in data_names("oils")}
-BY_CONSTANTS = {
-    "yasutomi_improved": ImprovedYasutomi(
-        viscosity_glass=1e12, Tg0=201.45, A1=210.6, A2=0.455e-9, b1=7.606e-9, b2=-0.4193, C1=16.372, C2=29.99
-    ),
-    "yasutomi_original": OriginalYasutomi(
-        viscosity_glass=1e12, Tg0=244.95, A1=134.2, A2=1.929e-9, B1=4.815, B2=0.160e-9, C1=16.01, C2=20.69
-    ),
-    "doolittle": Doolittle(
-        viscosity_reference=15.6e-3,
-        temperature_reference=313.15,
-        B=4.710,
-        R0=0.6568,
-        epsilon=-9.599e-4,
-        volume_expansion=8.36e-4,
-        state=Tait(K00=8.658e9, betaK=6.33e-3, K0_rate=11.74),
-    ),
-    "mcewen_paluch": McEwenPaluch(
-        K=6e-5, B=900.0, C=95.0, a0=20e-9, a0_fall=5e-3, q=3.0, CF=6.0, pinf=2.5e9, pinf_rise=8e6
-    ),
-}
-BOXES |= {
-    name: replace(BOX, viscosity_law=name, absolute_law=law, compression=TaitCompression(1e9, 11.0))
-    for name, law in BY_CONSTANTS.items()
-}
-# what the table is worth for laws near a pole or kink there: of ln(eta/eta0)
-TABLE_ERROR = {"yasutomi_original": 2e-5, "5p4e": 2.5e-5, "mcewen_paluch": 2.5e-6, "pg_1_1": 2.5e-6, "fva2": 8e-6}
-
-
 @pytest.mark.parametrize("name", BOXES)
 def test_kernels_read_every_law_to_1e_6_over_pressure_and_temperature(name: str) -> None:
-    contact, oil = scaled("barus", "newtonian")[0], BOXES[name]
-    units = Units(contact.half_width, 1e9, 1e-6, 2e-6, 4e-7)
+    oil = BOXES[name]
     grids = np.meshgrid(np.linspace(0.0, 4.0, 173), np.linspace(263.0, 600.0, 61))
     pressure, temperature = (grid.ravel() for grid in grids)
     film = np.ones(pressure.size)
 
     def read(p: np.ndarray, t: np.ndarray, heated: bool) -> FluidityRows:
-        fluid = scaled_fluid(contact, oil, units, 20e-6, heated)
+        fluid = scaled(oil, heated=heated)
         rows = rows_of(film, p, 0.0)
         rows.thermal[:] = [temperature_place(value, fluid.table) for value in t]
         fluidity_rows(rows, 0.01, fluid, 1.0, 1.0)
@@ -348,33 +189,25 @@ def test_kernels_read_every_law_to_1e_6_over_pressure_and_temperature(name: str)
     inside &= law.log_ratio(1.05e9 * pressure, temperature) >= wanted
     assert inside.mean() > 0.2
     used = inside & (np.abs(wanted) < 15.0) & (pressure <= 2.5) & (temperature <= 500.0)
-    if name in ("yasutomi_original", "5p4e"):  # 5P4E is a glass below, and its largest viscosity a kink
+    if name == "5p4e":  # 5P4E is a glass below, and its largest viscosity a kink
         used &= temperature > 293.0
     tolerance = TABLE_ERROR.get(name, 1e-6)
-    np.testing.assert_allclose(warm.exponent[used], wanted[used], rtol=0.0, atol=tolerance)
-    np.testing.assert_allclose(
-        warm.exponent[inside & (temperature > 293.0)],
-        wanted[inside & (temperature > 293.0)],
-        rtol=0.0,
-        atol=max(2e-4 if name in ("yasutomi_original", "5p4e") else 2.5e-5, tolerance),
-    )
+    error = np.abs(warm.exponent - wanted)
+    assert error[used].max() <= tolerance
+    assert error[inside & (temperature > 293.0)].max() <= max(2e-4 if name == "5p4e" else 2.5e-5, tolerance)
     at_inlet = law.log_ratio(1e9 * pressure)
     soft = at_inlet < (15.0 if name in TABLE_ERROR else 30.0)
     row_error = 1e-6 if name in TABLE_ERROR else 1e-7
     np.testing.assert_allclose(inlet.exponent[soft], at_inlet[soft], rtol=0.0, atol=row_error)
     np.testing.assert_allclose(inlet.slope[soft], 1e9 * law.by_pressure(1e9 * pressure[soft]), rtol=1e-5)
     np.testing.assert_allclose(inlet.density, oil.density_ratio(1e9 * pressure), rtol=1e-8)
-    step = 1e-6
-    right = read(pressure + step, temperature, True)
-    np.testing.assert_allclose(
-        ((right.exponent - warm.exponent) / step)[inside], warm.slope[inside], rtol=1e-4, atol=1e-5
-    )
+    slope = (read(pressure + 1e-6, temperature, True).exponent - warm.exponent) / 1e-6
+    np.testing.assert_allclose(slope[inside], warm.slope[inside], rtol=1e-4, atol=1e-5)
 
 
 @pytest.mark.parametrize("name", BOXES)
 def test_no_pressure_or_temperature_gives_a_number_that_is_none(name: str) -> None:
-    contact, oil = scaled("barus", "newtonian")[0], BOXES[name]
-    fluid = scaled_fluid(contact, oil, Units(contact.half_width, 1e9, 1e-6, 2e-6, 4e-7), 20e-6, True)
+    fluid = scaled(BOXES[name])
     pressure, temperature = (
         grid.ravel() for grid in np.meshgrid([0.0, 1e-9, 1.0, 9.99, 10.0, 15.0, 1e4], [1.0, 223.0, 300.0, 1500.0, 1e6])
     )
@@ -393,3 +226,203 @@ def test_no_pressure_or_temperature_gives_a_number_that_is_none(name: str) -> No
         assert density_slope >= 0.0
         assert ahead[0] > value
         assert ahead[2] >= density
+
+
+RMS = 0.4e-6
+WAVE_NUMBERS = (0.003, 0.02, 0.1, 0.3, 1.0)  # per node
+
+
+@kernel(cache=False, **FAST_KERNEL)  # it compiles kernels of other files in
+def update(macro, work, model):  # type: ignore[no-untyped-def]
+    update_mean_total(macro, work, model)
+
+
+@kernel(cache=False, **FAST_KERNEL)
+def outflow(state, macro, work, model):  # type: ignore[no-untyped-def]
+    isotropic_outflow(state, macro, work, model)
+
+
+def scene_of(gamma: float, correlation: float = 0.2) -> Scene:
+    contact = line(1.0)
+    return Scene(contact, eyring_oil(), gaussian_pair(contact, RMS, correlation), 30e-9, gamma)
+
+
+def run_of(gamma: float, nodes_per_half_width: float = 40.0) -> TransientRun:
+    return scene_of(gamma).run(nodes_per_half_width)
+
+
+# --- kernel
+
+
+def integrated(k: float, distance: float) -> float:
+    """Integral of K0 over a cell by quadrature, in two parts where the logarithm is inside."""
+    if distance == 0.0:
+        return 2.0 * float(quad(lambda s: k0(k * s), 0.0, 0.5, epsrel=1e-11)[0])
+    return float(quad(lambda s: k0(k * s), distance - 0.5, distance + 0.5, epsabs=0.0, epsrel=1e-11)[0])
+
+
+@pytest.mark.parametrize("k", WAVE_NUMBERS)
+def test_bessel_kernel_is_the_integral_of_k0_within_its_stated_error(k: float) -> None:
+    """The long sum is as good as the ten modes of the logarithm, the short one serves the Newton matrix."""
+    distance = np.unique(np.round(np.geomspace(1.0, 11.0 / k + 2.0, 40)))
+    exact = np.array([integrated(k, d) for d in distance])
+    np.testing.assert_allclose([quad_bessel(k, d) for d in distance], exact, rtol=1e-6, atol=1e-8)
+    own = integrated(k, 0.0)
+    assert quad_bessel(k, 0.0) == pytest.approx(own, rel=1e-10)
+    bounds = (2e-4, 0.1 if k < 0.01 else 0.02)
+    for found, modes, bound in zip(bessel_kernel(k, ELASTIC_MODES, MODES), (ELASTIC_MODES, MODES), bounds, strict=True):
+        assert found.weights.size == found.ratios.size == modes
+        assert found.evaluate(np.zeros(1))[0] == pytest.approx(own, rel=1e-12)
+        deviation = np.abs(found.evaluate(distance) - exact).max()
+        assert deviation <= found.error * 1.05
+        assert found.error < bound  # K0 of the next node is 5.2 to 0.4
+        assert np.all((found.ratios >= 0.0) & (found.ratios < 1.0))
+        assert np.all(found.weights[:-1] >= 0.0)
+
+
+@pytest.mark.parametrize("waves", [0.3, 1.0, 3.0])
+def test_cosine_pressure_deflects_by_the_symbol_of_the_mode(waves: float) -> None:
+    """V = 4 p/(E' sqrt(k_x^2 + k_e^2)) in the middle of the mesh, SI; k_x in k_e."""
+    scene = scene_of(1.0, 0.1)
+    run = scene.run(200.0)
+    units, elastic = run.problem.units, run.problem.model.elastic
+    wave_number = flattening_wave_number(scene.surfaces.correlation_length, 1.0)
+    x = run.problem.x
+    pressure = np.cos(waves * wave_number * units.half_width * x)
+    response = np.zeros(x.size)
+    exponential_product(pressure, elastic.weights, elastic.ratios, response)
+    middle = np.abs(x) < 0.5
+    exact = 4.0 * units.pressure / (228e9 * wave_number * math.hypot(waves, 1.0)) * pressure
+    np.testing.assert_allclose(response[middle] * units.film, exact[middle], atol=0.01 * exact.max())
+
+
+@pytest.mark.parametrize("gamma", [0.5, 1.0, 2.0, 6.0, 20.0])
+def test_wave_number_of_the_flattening_pressure_is_that_of_the_spectrum(gamma: float) -> None:
+    """<k_y^2 k^2>/<k^2> by two-dimensional integrals of exp(-(k_x^2 + gamma^2 k_y^2) lc^2/4), lc = 1.
+
+    Less for marks along the motion, by a factor after two-dimensional solutions.
+    """
+
+    def moment(power: int) -> float:
+        def weighted(v: float, u: float) -> float:
+            y = v / gamma
+            return float(y**power * (u * u + y * y) * math.exp(-0.25 * (u * u + v * v)))
+
+        return float(dblquad(weighted, 0.0, 16.0, 0.0, 16.0, epsrel=1e-9)[0])
+
+    exact = math.sqrt(moment(2) / moment(0)) * min(gamma, 1.0) ** MARKS_ALONG
+    assert flattening_wave_number(20e-6, gamma) == pytest.approx(exact / 20e-6, rel=1e-7)
+
+
+# --- mean total pressure
+
+
+def test_a_pressure_that_is_its_own_mean_deflects_by_the_line_kernel() -> None:
+    """V = K_log Q + K_e (q - Q): with q = Q the exact logarithm is left, with Q = 0 the lateral mode alone."""
+    run = run_of(1.0)
+    pressure = np.sqrt(np.maximum(1.0 - run.problem.x**2, 0.0)) * (1.0 + 0.2 * np.cos(9.0 * run.problem.x))
+    run.state.fluid_pressure[:], run.state.contact_pressure[:] = pressure, 0.0
+    run.macroscopic.total[:] = pressure
+    deflect_mean(run.macroscopic, run._work, run.problem.model)
+    assert elastic_error(run) < 0.01
+    run.macroscopic.total[:] = 0.0
+    deflect_mean(run.macroscopic, run._work, run.problem.model)
+    assert np.all(run.macroscopic.deflection == 0.0)
+
+
+def dense(elastic: object, n: int) -> np.ndarray:
+    """A sum of exponentials as a matrix."""
+    distance = np.abs(np.subtract.outer(np.arange(n), np.arange(n)))
+    powers = elastic.ratios[:, None, None] ** distance  # type: ignore[attr-defined]
+    return np.asarray(np.einsum("m,mij->ij", elastic.weights, powers))  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize(("gamma", "softness"), [(1.0, 0.03), (1.0, 0.3), (6.0, 0.1)])
+def test_mean_total_pressure_reaches_the_time_mean_at_constant_load(gamma: float, softness: float) -> None:
+    """A film that answers linearly, (D + K_e) q = g - (K_log - K_e) Q - h0 with sum q = W, and has one fixed point.
+
+    D is `softness` times the diagonal of the kernel, not what the solver assumes, and grows threefold along x. Q starts
+    with more than the load. Plain averages, Q += gain (q - Q), diverge at gamma 1: long waves of Q move q by more than
+    themselves.
+    """
+    run = scene_of(gamma, 0.05).run(60.0)
+    macro, model, x = run.macroscopic, run.problem.model, run.problem.x
+    inside = np.abs(x) < 1.0
+    wanted = np.where(inside, np.sqrt(np.maximum(1.0 - x * x, 0.0)) * (1.0 + 0.3 * np.cos(7.0 * x)) + 0.05, 0.0)
+    wanted *= model.contact.load / wanted.sum()
+    lateral, long = dense(model.elastic, x.size), dense(model.elastic_mean, x.size)
+    film = softness * lateral[0, 0] * np.diag(2.0 + x)
+    soft = (film + lateral)[np.ix_(inside, inside)]
+    shape = ((film + long) @ wanted)[inside]
+    system = np.block([[soft, np.ones((len(soft), 1))], [np.ones((1, len(soft))), np.zeros((1, 1))]])
+
+    def answer() -> np.ndarray:
+        right = np.append(shape - ((long - lateral) @ macro.total)[inside], model.contact.load)
+        found = np.zeros(x.size)
+        found[inside] = np.linalg.solve(system, right)[:-1]
+        return found
+
+    macro.total[:] *= 1.05  # more than the load
+    distance = []
+    for _ in range(100):
+        mean = answer()
+        distance.append(np.abs(mean - macro.total).max())
+        macro.sum_total[:] = 7.0 * mean
+        macro.counts[0] = 7
+        update(macro, run._work, model)
+        assert np.all(macro.sum_total == 0.0)
+        assert tuple(macro.counts) == (0, len(distance))
+    assert distance[0] > 0.05
+    assert distance[40] < 1e-4 * distance[0]
+    assert np.abs(macro.total - wanted).max() < 1e-5
+    assert macro.total.sum() == pytest.approx(model.contact.load, rel=1e-6)
+    np.testing.assert_allclose(macro.deflection, (long - lateral) @ macro.total, rtol=1e-8, atol=1e-9)
+
+
+# --- outflow of spots
+
+
+def outflow_of(curvature: float, height: float = 0.1, known: float = 1.0, exchange: float = 3.0) -> np.ndarray:
+    """Factors under p = P + height - curvature (i - 60)^2, fluidity 3 and an exchange of 3 times the known factor."""
+    run = run_of(1.0)
+    state, macro, work = run.state, run.macroscopic, run._work
+    i = np.arange(state.film.size)
+    macro.pressure[:] = 0.4
+    state.fluid_pressure[:] = 0.4 + np.maximum(height - curvature * (i - 60.0) ** 2, -0.2)
+    state.outflow[:] = known
+    work.node.f[:] = 3.0
+    work.exchange[:] = exchange * known
+    outflow(state, macro, work, run.problem.model)
+    return state.outflow.copy()
+
+
+def test_outflow_of_a_parabolic_spot_by_hand() -> None:
+    """-(1/gamma^2) d/dx [f d(p - P)/dx] = 2 f curvature/gamma^2, over the exchange k f (p - P) of the mean field.
+
+    Averaged over the correlation length, 8 nodes, a parabola stays what it is. The factor moves with the fluid by one
+    node, and does not know of the factor that was there.
+    """
+    isotropic = run_of(1.0).problem.model.side_flow.isotropic
+    curvature, i = 0.005, np.arange(58, 63)
+    excess = 0.1 - curvature * (i - 60.0) ** 2
+    wanted = np.clip(isotropic * 2.0 * curvature / excess, 1.0, OUTFLOW_MAX)
+    assert 1.0 < wanted.min() < wanted.max() < OUTFLOW_MAX
+    found = outflow_of(curvature)
+    np.testing.assert_allclose(found[i + 1], wanted, rtol=1e-10)
+    np.testing.assert_allclose(outflow_of(curvature, known=2.5)[i + 1], wanted, rtol=1e-10)
+
+
+def test_outflow_is_never_below_that_of_the_mean_field_and_bounded() -> None:
+    assert np.all(outflow_of(-1e-3, 0.1) == 1.0)  # a spot that its neighbours feed
+    assert outflow_of(0.005, exchange=0.03)[61] == OUTFLOW_MAX
+    assert outflow_of(10.0, 0.5)[61] == 1.0  # a spike of one node drains no more than it is wide
+    assert np.all(outflow_of(1e-3, 0.9 * OUTFLOW_PRESSURE) == 1.0)
+
+
+@pytest.mark.parametrize(("gamma", "nodes_per_half_width"), [(1.0, 40.0), (1.0, 80.0), (3.0, 40.0)])
+def test_outflow_counts_lengths_in_the_mode_along_the_line(gamma: float, nodes_per_half_width: float) -> None:
+    """1/(gamma k_e dx)^2: the same spot on half the spacing has a quarter of its curvature per node."""
+    scene = scene_of(gamma)
+    run = scene.run(nodes_per_half_width)
+    lengths = gamma * flattening_wave_number(scene.surfaces.correlation_length, gamma) * run.problem.units.spacing
+    assert run.problem.model.side_flow.isotropic == pytest.approx(lengths**-2.0, rel=1e-12)

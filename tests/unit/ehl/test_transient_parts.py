@@ -1,7 +1,6 @@
 """Batch means, closed profiles and the change of mesh of the transient solver."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,13 +8,9 @@ from contacts import line_contact
 from refusals import refuses
 from scipy.signal import lfilter
 
-from ehl.fluid.lubricant import Lubricant
-from ehl.material import Material
 from ehl.rough import RoughSurfaces
 from ehl.rough.accuracy import PER_SWEEP, inlet_sweep, make_run_plan
 from ehl.rough.averaging import batch_means
-from ehl.rough.run import TransientRun
-from ehl.rough.scaling import Settings, build_problem
 from ehl.rough.surfaces import sample_ring
 from ehl.surface.roughness import generate_profile
 
@@ -47,26 +42,6 @@ def test_statistics_of_both_surfaces() -> None:
     assert both.rms == pytest.approx(0.5e-6, rel=1e-6)
     assert one.correlation_length < both.correlation_length < two.correlation_length
     assert RoughSurfaces().correlation_length == math.inf
-
-
-def test_finer_run_takes_over_the_coarse_state() -> None:
-    line = line_contact()
-    oil = Lubricant(0.015, 15e-9, rheology="eyring", eyring_stress=5e6)
-    steel = Material.load("steel")
-    surfaces = RoughSurfaces(generate_profile(0.2e-6, 30e-6, 16.0 * line.half_width, 3e-6, 1), None)
-    settings = Settings(120, 20e-9, 0.1, 1.0, False, 8e9)
-    coarse = TransientRun(build_problem(line, oil, surfaces, (steel, steel), settings))
-    coarse.advance(round(6.0 * coarse.problem.units.steps_per_half_width))
-    finer = replace(settings, nodes=240, start_travel=coarse.travel)
-    fine = TransientRun(build_problem(line, oil, surfaces, (steel, steel), finer))
-    fine.start_from(coarse)
-    assert fine.travel == pytest.approx(coarse.travel, abs=fine.problem.model.surfaces.spacing)
-    means = []
-    for run in (coarse, fine):
-        per_width = run.problem.units.steps_per_half_width
-        run.advance(round(0.5 * per_width))
-        means.append(float(run.advance(round(1.0 * per_width))[0][:, 0].mean()))
-    assert means[1] == pytest.approx(means[0], rel=0.02)
 
 
 def test_mesh_resolves_the_inlet_of_a_thin_film() -> None:

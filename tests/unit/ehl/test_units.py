@@ -100,14 +100,20 @@ def test_ends_of_a_range(
 
 def test_remedies() -> None:
     """The unit that was meant; the hint of the field where none makes a value fit; the nearest spelling of a unit."""
+    pressure = ValueRange("Pa", ge=5e7, le=8e9)
     for bare, allowed, meant in (
         (25, ValueRange("m", gt=0.0, le=1.0), "25 mm"),
         (90, ValueRange("K", ge=233.0, le=523.0), "90 degC"),
         (1.2, ValueRange("Pa", ge=1e5, le=4e9), "1.2 MPa"),
+        (1.2, pressure, "1.2 GPa"),
+        (1200.0, pressure, "1200 MPa"),
     ):
         with refuses("field") as caught:
             allowed.check(bare, "field")
         assert meant in caught.value.hint
+    with refuses("field") as caught:
+        pressure.check(4.9e7, "field")  # of no other unit
+    assert caught.value.hint.rpartition("'")[0].rpartition(" ")[2] == ""
     for value in (-1, "-1 m", 1e12):
         with pytest.raises(InputError) as caught:
             ValueRange("m", gt=0.0, le=1.0, hint="Measure it.").check(value, "field")
@@ -129,13 +135,6 @@ def test_list_takes_its_unit_from_the_last_entry() -> None:
     for text in wrong:
         with refuses("--torque"):
             TORQUE.check_list(text, "--torque")
-
-
-def test_remedy_names_a_unit_in_which_the_number_is_usual() -> None:
-    for number, unit in ((1.2, "GPa"), (1200.0, "MPa"), (4.9e7, "")):
-        with refuses("p") as caught:
-            ValueRange("Pa", ge=5e7, le=8e9).check(number, "p")
-        assert caught.value.hint.rpartition("'")[0].rpartition(" ")[2] == unit
 
 
 def test_range_counts_its_values_with_both_ends() -> None:

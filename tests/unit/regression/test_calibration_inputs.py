@@ -12,6 +12,7 @@ import pytest
 from regression.calibration.calibrate import setup_of
 from regression.calibration.measurement import read_measurement
 
+Cli = Callable[..., Any]
 SETUP = """
 oil = "fva3"
 parameters = ["eyring_stress", "boundary_friction"]
@@ -88,6 +89,7 @@ def test_slip_in_both_directions_is_folded_and_repeats_averaged(tmp_path: Path, 
         (TABLE, SETUP, "measured.csv, row 5, speed_entrainment"),
         (GOOD.replace("36,2500,50", "36,fast,50"), SETUP, "row 3, speed_entrainment"),
         (GOOD.replace("0.030", ""), SETUP, "row 2, friction_coefficient"),
+        (GOOD.replace("0.030", "0,030"), SETUP, "row 2"),
         (GOOD.replace("load [N]", "weight [N]"), SETUP, "weight"),
         (GOOD.replace("load [N]", "load [mm]"), SETUP, "row 2, load"),
         (GOOD.replace("load [N]", "#load"), SETUP, "pressure_hertz, load, load_per_length"),
@@ -112,9 +114,7 @@ def test_slip_in_both_directions_is_folded_and_repeats_averaged(tmp_path: Path, 
         (GOOD, SETUP + '[surface]\nroughness_rms_1 = "1 um"\n', "surface.roughness_rms_1"),
     ],
 )
-def test_what_cannot_be_used_names_its_field(
-    mixed_ehl: Callable[..., Any], tmp_path: Path, table: str, setup: str, field: str
-) -> None:
+def test_refusals(mixed_ehl: Cli, tmp_path: Path, table: str, setup: str, field: str) -> None:
     measured, given = files(tmp_path, table, setup)
     outcome = mixed_ehl("calibrate", measured, "--setup", given, "--jobs", "1")
     assert outcome.code == 2

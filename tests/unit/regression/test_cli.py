@@ -147,9 +147,7 @@ def test_cases_that_fail_are_said_in_the_exit_code(mixed_ehl: Call, plan: Path, 
     assert set(failed[0]["conditions"]) >= {"pressure_hertz", "slide_to_roll", "temperature_oil"}
 
 
-def test_an_interval_wider_than_asked_for_is_an_answer(
-    mixed_ehl: Call, plan: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_wide_intervals_count(mixed_ehl: Call, plan: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     tried: list[float] = []
 
     def unsettled(case: Any, name: str) -> dict[str, Any]:

@@ -54,9 +54,7 @@ FUNCTIONS: list[tuple[Callable[[Any, Any], Any], list[float], list[float]]] = [
 
 
 @pytest.mark.parametrize(("function", "x", "y"), FUNCTIONS)
-def test_recorded_functions_compute_the_same(
-    function: Callable[[Any, Any], Any], x: list[float], y: list[float]
-) -> None:
+def test_recordings_compute_the_same(function: Callable[[Any, Any], Any], x: list[float], y: list[float]) -> None:
     value = record.value_of(function(record.argument("x"), record.argument("y")))
     given = {"x": np.array(x), "y": np.array(y)}
     text = PythonPrinter().expression(value)
@@ -66,20 +64,14 @@ def test_recorded_functions_compute_the_same(
     np.testing.assert_allclose(found, wanted, rtol=2e-14)
 
 
-@pytest.mark.parametrize(
-    "function",
-    [
-        lambda x: math.exp(x),
-        lambda x: x if x > 0.0 else -x,
-        lambda x: np.sum(x),
-        lambda x: x * np.array([1.0, 2.0]),
-        lambda x: np.add.reduce(x),
-        lambda x: np.heaviside(x, 0.5),
-    ],
-)
-def test_what_cannot_be_recorded_is_refused(function: Callable[[Any], Any]) -> None:
-    with pytest.raises(NotRecordable):
-        function(record.argument("x"))
+def test_what_cannot_be_recorded_is_refused() -> None:
+    x = record.argument("x")
+    for use, other in ((math.exp, ()), (np.sum, ()), (np.add.reduce, ()), (np.heaviside, (0.5,))):
+        with pytest.raises(NotRecordable):
+            use(x, *other)
+    for use in (lambda: x if x > 0.0 else -x, lambda: x * np.array([1.0, 2.0])):
+        with pytest.raises(NotRecordable):
+            use()
 
 
 def test_values_are_named_after_the_variables_that_hold_them() -> None:
@@ -143,9 +135,7 @@ def test_example_of_the_page(mixed_ehl: Callable[..., Any], tmp_path: Path) -> N
     """The C program of docs/formula_code.md gives what `mixed-ehl mu` gives; its call fits the exported function."""
     assert mixed_ehl("export", "fva3_short", "-o", tmp_path / "friction.c").code == 0
     example = re.search(r"```c\n(.*?)```", PAGE, flags=re.DOTALL)
-    assert example is not None
     call = re.search(r"= friction\((.*?)\);", example.group(1))
-    assert call is not None
     given = [float(number) for number in call.group(1).split(",")]
     program = program_of(Formula.load("fva3_short"))
     assert len(given) == len(program.arguments)

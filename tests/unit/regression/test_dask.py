@@ -55,9 +55,7 @@ def test_a_cluster_gives_the_data_of_one_process_and_resumes(plan: Plan, tmp_pat
     assert sweep_shard(plan, tmp_path / "dask", evaluate=XU, executor=cluster).resumed == 16
 
 
-def test_a_case_that_always_kills_its_worker_is_the_only_one_lost(
-    plan: Plan, tmp_path: Path, cluster: Executor
-) -> None:
+def test_a_case_that_always_kills_its_worker_is_lost(plan: Plan, tmp_path: Path, cluster: Executor) -> None:
     deadly = sorted(case.contact.slide_to_roll for _, case in plan.cases())[-1]
     slow = sorted(case.contact.slide_to_roll for _, case in plan.cases())[-2]
 
@@ -104,9 +102,7 @@ def test_a_worker_that_dies_once_costs_no_case(plan: Plan, tmp_path: Path, clust
     assert load_dataset(tmp_path / "dask").data_hash == load_dataset(tmp_path / "one").data_hash
 
 
-def test_a_worker_of_another_version_is_refused(
-    plan: Plan, tmp_path: Path, cluster: Executor, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_another_version(plan: Plan, tmp_path: Path, cluster: Executor, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(dask_workers, "__version__", "9.9")
     with refuses("dask"):
         sweep_shard(plan, tmp_path, evaluate=XU, executor=cluster)
@@ -173,9 +169,6 @@ def test_bad_addresses(address: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(dask_workers, "CONNECT", 1)
     with refuses("dask"), dask_executor(address):
         pass
-
-
-def test_without_dask_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
     with refuses("dask"), dask_executor("local:1"):
         pass

@@ -104,12 +104,8 @@ def needs(accuracy: str, seen: list[str] | None = None) -> Any:
 
 def test_the_ladder_of_safer_settings() -> None:
     case = make_plan(accuracy="fast").case_at(0)
-    steps = []
-    for step in range(6):
-        setting = fallback_settings(case, step)
-        if setting is not None:
-            steps.append((setting[0].model.accuracy, setting[0].model.shortcuts, setting[1]))
-    assert steps == [
+    steps = [setting for step in range(6) if (setting := fallback_settings(case, step))]
+    assert [(safer.model.accuracy, safer.model.shortcuts, text) for safer, text in steps] == [
         ("fast", "auto", ""),
         ("standard", "auto", "accuracy=standard"),
         ("reference", "auto", "accuracy=reference"),

@@ -3,38 +3,28 @@
 import html
 import re
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 from pages import read_page
-from small_plans import gear_plan
+from small_plans import gear_plan, swept
 
 from ehl.common.data import reason_text
 from ehl.common.errors import InputError
 from ehl.common.pages import write_page
 from ehl.common.validation import validate
 from ehl.fluid.oil import Oil
-from regression.data.dataset import Dataset, load_dataset
+from regression.data.dataset import Dataset
 from regression.fitting.fit import fit_formula
 from regression.fitting.rows import fitted_rows, usable_rows
 from regression.fitting.sensitivity import formula_sensitivity
 from regression.friction.fitted import FittedFormula
 from regression.friction.published_registry import PUBLISHED
 from regression.plan.plan import Plan
-from regression.sweeping.evaluators import published_outputs
-from regression.sweeping.sweep import run_meta, sweep_shard
+from regression.sweeping.sweep import run_meta
+from regression.view import plots
 from regression.view.fit_report import fit_sections
-from regression.view.plots import (
-    middle_conditions,
-    plot_maps,
-    plot_regimes,
-    plot_residuals,
-    plot_sensitivity,
-    plot_stribeck,
-    plot_traction,
-)
 
 PLAN = gear_plan(
     "report", {"size": 64, "corners": True}, roughness_rms={"low": "0.1 um", "high": "0.6 um", "scale": "log"}
@@ -42,18 +32,9 @@ PLAN = gear_plan(
 
 
 @pytest.fixture(scope="module")
-def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("report")
-    sweep_shard(
-        validate(Plan, PLAN), folder, evaluate=partial(published_outputs, name="arana_2019"), version="arana_2019"
-    )
-    return folder
-
-
-@pytest.fixture(scope="module")
-def dataset(run: Path) -> Dataset:
+def dataset(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
     """Two cases fail and three are too uncertain to be fitted."""
-    whole = load_dataset(run)
+    whole = swept(tmp_path_factory.mktemp("report"), PLAN)
     frame = whole.frame.copy()
     rows = np.flatnonzero(frame["origin"] == "sobol")[:5]
     frame.loc[rows[:2], ["status", "reason"]] = ["failed", "film_jump"]
@@ -67,13 +48,13 @@ def formulas(dataset: Dataset) -> list[FittedFormula]:
 
 
 def test_every_panel_of_a_figure_has_a_unit(dataset: Dataset, formulas: list[FittedFormula]) -> None:
-    scene = middle_conditions(dataset, "fva3")
+    scene = plots.middle_conditions(dataset, "fva3")
     for figure, least in (
-        (plot_residuals(dataset, formulas[0]), 8),
-        (plot_stribeck(scene, formulas), 3),
-        (plot_traction(scene, formulas), 3),
-        (plot_maps(scene, formulas[0]), 4),
-        (plot_regimes(dataset, formulas), 2),
+        (plots.plot_residuals(dataset, formulas[0]), 8),
+        (plots.plot_stribeck(scene, formulas), 3),
+        (plots.plot_traction(scene, formulas), 3),
+        (plots.plot_maps(scene, formulas[0]), 4),
+        (plots.plot_regimes(dataset, formulas), 2),
     ):
         panels = [axes for axes in figure.axes if axes.axison]
         assert len(panels) >= least
@@ -81,11 +62,11 @@ def test_every_panel_of_a_figure_has_a_unit(dataset: Dataset, formulas: list[Fit
 
 
 def test_all_formulas_lie_over_the_data(dataset: Dataset, formulas: list[FittedFormula]) -> None:
-    scene = middle_conditions(dataset, "fva3")
-    for figure in (plot_stribeck(scene, formulas), plot_traction(scene, formulas)):
+    scene = plots.middle_conditions(dataset, "fva3")
+    for figure in (plots.plot_stribeck(scene, formulas), plots.plot_traction(scene, formulas)):
         labels = {str(text.get_text()).removesuffix(" (M)") for text in figure.legends[0].get_texts()}
         assert labels >= {formula.name for formula in formulas} | {entry.label for entry in PUBLISHED.values()}
-    axes = plot_traction(scene, formulas).axes[1]
+    axes = plots.plot_traction(scene, formulas).axes[1]
     drawn = next(line for line in axes.get_lines() if line.get_label() == formulas[0].name)
     x, y = np.asarray(drawn.get_xdata()), np.asarray(drawn.get_ydata())
     expected = formulas[0].evaluate(scene.conditions(slide_to_roll_total=x)).mu
@@ -94,14 +75,14 @@ def test_all_formulas_lie_over_the_data(dataset: Dataset, formulas: list[FittedF
 
 
 def test_parity_counts_the_fitted_cases(dataset: Dataset, formulas: list[FittedFormula]) -> None:
-    figure = plot_regimes(dataset, formulas)
+    figure = plots.plot_regimes(dataset, formulas)
     counts = [int(found[1]) for axes in figure.axes if (found := re.search(r"(\d+) cases fitted", axes.get_title()))]
     assert sum(counts) == formulas[0].data.used == len(usable_rows(dataset, corners=False)[0])
 
 
 def test_bars_are_the_indices(formulas: list[FittedFormula], dataset: Dataset) -> None:
     indices = formula_sensitivity(formulas[0], Oil.load("fva3"), size=256)
-    figure = plot_sensitivity(indices)
+    figure = plots.plot_sensitivity(indices)
     widths = [patch.get_width() for patch in figure.axes[0].patches]  # type: ignore[attr-defined]
     np.testing.assert_allclose(widths, [*np.sort(indices.total), *indices.first[np.argsort(indices.total)]])
 
@@ -140,9 +121,7 @@ def test_smooth_contacts_at_one_pressure(tmp_path: Path) -> None:
     """Without roughness there is no Stribeck curve, without a range of pressure no map."""
     smooth = {**PLAN["variables"], "pressure_hertz": "1 GPa"}
     del smooth["roughness_rms"]
-    plan = validate(Plan, {**PLAN, "sampling": {"size": 32}, "variables": smooth})
-    sweep_shard(plan, tmp_path / "run", evaluate=partial(published_outputs, name="arana_2019"), version="arana_2019")
-    dataset = load_dataset(tmp_path / "run")
+    dataset = swept(tmp_path / "run", {**PLAN, "sampling": {"size": 32}, "variables": smooth})
     write_page(tmp_path / "fit.html", fit_sections(dataset, [fit_formula(dataset, "power_law")]))
     seen = read_page(tmp_path / "fit.html").text
     assert "Traction curves" in seen
@@ -155,11 +134,9 @@ def test_an_oil_named_by_its_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     card = Path("vg220.toml")
     Oil.generic("mineral", iso_vg=220, name="our VG 220").save(card)
     content = {**gear_plan("own", {"size": 32}), "lubricant": {"oil": str(card)}}
-    evaluate = partial(published_outputs, name="arana_2019")
-    sweep_shard(validate(Plan, content), tmp_path / "run", evaluate=evaluate, version="arana_2019")
-    dataset = load_dataset(tmp_path / "run")
+    dataset = swept(tmp_path / "run", content)
     formula = fit_formula(dataset, "power_law")
-    middle = middle_conditions(dataset, str(card))
+    middle = plots.middle_conditions(dataset, str(card))
     assert len(middle.near(*middle.held)[0]) == len(fitted_rows(dataset))
     # the formula knows its own oil, by whatever path it is read, and names any other
     assert formula.oil_note(Oil.load(str(card))) == ""
@@ -169,9 +146,7 @@ def test_an_oil_named_by_its_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
 
 @pytest.mark.parametrize("name", ["folder/" * 8 + "oil.toml", "öl.toml", "a, b.toml"])
-def test_a_file_name_that_rows_cannot_hold_is_refused(
-    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_name_that_rows_cannot_hold_is_refused(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path(name).parent.mkdir(parents=True, exist_ok=True)
     Oil.load("fva3").save(name)

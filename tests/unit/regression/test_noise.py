@@ -27,7 +27,6 @@ def repeated(seed: int = 1) -> pd.DataFrame:
 
 def test_known_scatter_is_found_by_region() -> None:
     noise = measured_noise(realisation_scatter(repeated()))
-    assert noise is not None
     assert (noise.points, noise.realisations) == (POINTS, SEEDS)
     # the variance of 200 points with 7 degrees of freedom each is known to 1/sqrt(2*1400) = 1.9 %: three of these
     assert band_noise(noise, "film_ratio", 0.1) == pytest.approx(0.05, rel=0.057)

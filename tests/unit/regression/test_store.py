@@ -21,17 +21,8 @@ from ehl.common.data import data_path
 from ehl.common.errors import InputError
 from ehl.common.journal import SCHEMA as JOURNAL_SCHEMA
 from ehl.common.journal import Journal, header_of, read_rows
-from regression.data.result_files import (
-    NUMBER_UNITS,
-    SAME_RUN,
-    SCHEMA,
-    case_status,
-    cases_of_other_files,
-    merge,
-    read_file,
-    read_run,
-    table_of,
-)
+from regression.data import result_files
+from regression.data.result_files import SAME_RUN, SCHEMA, case_status, merge, read_file, read_run, table_of
 
 META: dict[str, str | int] = {
     "plan": "{}",
@@ -94,9 +85,6 @@ def test_rows_come_back_as_they_were_written(path: Path, merged: Path) -> None:
         assert np.isnan(frame["friction_coefficient"][2])
         # not given at all
         assert np.isnan(frame["film_central"]).all()
-
-
-def test_every_column_states_its_unit(merged: Path) -> None:
     with h5py.File(merged) as file:
         assert file["pressure_hertz"].attrs["unit"] == "Pa"
         assert file["friction_coefficient"].attrs["unit"] == "1"
@@ -161,13 +149,21 @@ def test_results_of_another_run_are_not_mixed_in(path: Path, name: str) -> None:
         read_run(path.parent)
 
 
-@pytest.mark.parametrize("content", [b"no journal", b"no journal\n", b'{"schema":1}\n', b"\x00" * 400])
-def test_other_and_corrupt_journals(path: Path, content: bytes) -> None:
-    path.write_bytes(content)
-    for use in (lambda: read_file(path), lambda: journal(path)):
+def test_other_and_corrupt_files(path: Path, merged: Path) -> None:
+    for content in (b"no journal", b"no journal\n", b'{"schema":1}\n', b"\x00" * 400):
+        path.write_bytes(content)
+        for use in (read_file, journal):
+            with refuses("run"):
+                use(path)
+        assert path.read_bytes() == content
+    merged.write_text("no HDF5")
+    with refuses("run"):
+        read_file(merged)
+    for attributes in ({}, {"schema": SCHEMA}):
+        with h5py.File(merged, "w") as file:
+            file.attrs.update(attributes)
         with refuses("run"):
-            use()
-    assert path.read_bytes() == content
+            read_file(merged)
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no FIFOs here")
@@ -180,17 +176,6 @@ def test_folders_pipes_and_devices_are_no_journals(kind: str, tmp_path: Path) ->
             use(path)
 
 
-def test_other_and_corrupt_merged_files(merged: Path) -> None:
-    merged.write_text("no HDF5")
-    with refuses("run"):
-        read_file(merged)
-    for attributes in ({}, {"schema": SCHEMA}):
-        with h5py.File(merged, "w") as file:
-            file.attrs.update(attributes)
-        with refuses("run"):
-            read_file(merged)
-
-
 def test_second_writer_is_refused(path: Path) -> None:
     holder = (
         "import sys\nfrom pathlib import Path\nfrom ehl.common.journal import Journal\n"
@@ -201,8 +186,6 @@ def test_second_writer_is_refused(path: Path) -> None:
     with subprocess.Popen(
         [sys.executable, "-c", holder], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     ) as process:
-        assert process.stdout is not None
-        assert process.stdin is not None
         assert process.stdout.readline() == "open\n"
         with pytest.raises(InputError, match="Is the same shard running"):
             journal(path)
@@ -247,9 +230,7 @@ def test_second_writer_is_refused_without_locks(path: Path, naps: list[float]) -
 
 
 @pytest.mark.parametrize(("age", "killed"), [(0.0, False), (30.0, False), (90.0, True)])
-def test_a_writer_without_locks_counts_as_killed_after_a_minute(
-    path: Path, naps: list[float], age: float, killed: bool
-) -> None:
+def test_a_writer_without_locks_ends_after_a_minute(path: Path, naps: list[float], age: float, killed: bool) -> None:
     shown = path.with_name(f"{path.name}.writer")
     shown.touch()
     touched = shown.stat().st_mtime - age
@@ -297,7 +278,6 @@ def test_rows_are_on_disk_whole_or_not_at_all(path: Path, monkeypatch: pytest.Mo
     monkeypatch.setattr(os, "fsync", synced.append)
     whole = path.read_bytes()
     with journal(path) as rows:
-        assert rows._file is not None
         rows._file.close()
         rows._file = file = FullDisk(path, "ab")
         with refuses("run"):
@@ -315,9 +295,6 @@ def test_merge_sorts_and_removes_doubles(path: Path, tmp_path: Path) -> None:
     with journal(path.with_name("shard-0002-of-0002.jsonl")) as rows:
         rows.append([row(0), row(2)])
     target = tmp_path / "merged" / "all.h5"
-    with pytest.raises(InputError, match="folder that exists"):
-        merge(path.parent, target)
-    target.parent.mkdir()
     assert merge(path.parent, target) == 4
     assert keys(target) == [row(n)["key"] for n in (0, 1, 2, 3)]
     with pytest.raises(InputError, match="does not exist yet"):
@@ -349,7 +326,7 @@ def test_a_file_of_another_kind_is_named(text: str, command: str, tmp_path: Path
     assert command in caught.value.hint
 
 
-NUMBERS = {name: float(i) for i, name in enumerate(NUMBER_UNITS)}
+NUMBERS = {name: float(i) for i, name in enumerate(result_files.NUMBER_UNITS)}
 MANY = [{**row(n), **{name: value + 1000.0 * n for name, value in NUMBERS.items()}} for n in range(400)]
 WRITTEN = {r["key"]: r for r in MANY}
 
@@ -381,14 +358,12 @@ def resumed(path: Path) -> int:
 
 @pytest.mark.parametrize("share", [0.1, 0.5, 0.999])
 def test_whole_rows_of_a_journal_cut_short_are_kept(path: Path, content: dict[str, bytes], share: float) -> None:
-    path.write_bytes(content[".jsonl"][: int(share * len(content[".jsonl"]))])
+    """A merged file cut short is refused."""
+    for file in (path, merged := path.with_suffix(".h5")):
+        whole = content[file.suffix]
+        file.write_bytes(whole[: int(share * len(whole))])
     assert true_rows(path) == pytest.approx(share * len(MANY), abs=2.0)
     assert resumed(path) == len(MANY)
-
-
-@pytest.mark.parametrize("share", [0.1, 0.5, 0.999])
-def test_a_merged_file_cut_short_is_refused(merged: Path, content: dict[str, bytes], share: float) -> None:
-    merged.write_bytes(content[".h5"][: int(share * len(content[".h5"]))])
     with refuses("run"):
         read_file(merged)
 
@@ -446,5 +421,5 @@ def test_of_two_shards_the_one_with_a_result_counts(path: Path) -> None:
     frame = table_of(read_run(path.parent)[1])
     assert frame["status"].tolist() == ["converged"] * 3
     assert frame["friction_coefficient"].tolist() == [0.01, 0.02, 0.03]
-    others = cases_of_other_files(path)
+    others = result_files.cases_of_other_files(path)
     assert {key: entry[0] for key, entry in others.items()} == {row(2)["key"]: "failed", row(3)["key"]: "converged"}

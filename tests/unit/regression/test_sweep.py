@@ -13,7 +13,7 @@ from refusals import refuses
 from small_plans import sweep_plan
 
 from ehl.common.data import data_path
-from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.errors import ConvergenceError
 from ehl.common.progress import Progress
 from ehl.common.runner import granted_workers
 from ehl.common.validation import validate
@@ -124,19 +124,6 @@ def test_a_lost_worker_costs_its_case_and_nothing_else(plan: Plan, tmp_path: Pat
     assert report.restarts >= 2
 
 
-def test_workers_and_shards_give_the_data_of_one_process(
-    monkeypatch: pytest.MonkeyPatch, plan: Plan, tmp_path: Path
-) -> None:
-    sweep_shard(plan, tmp_path / "one", evaluate=XU)
-    monkeypatch.setattr("regression.sweeping.sweep.FLUSH_ROWS", 3)
-    sweep_shard(plan, tmp_path / "two", evaluate=XU, jobs=2)
-    for number in (1, 2, 3):
-        sweep_shard(plan, tmp_path / "three", evaluate=XU, shard=(number, 3))
-    hashes = {load_dataset(tmp_path / run).data_hash for run in ("one", "two", "three")}
-    assert len(hashes) == 1
-    assert len(list((tmp_path / "three").glob("*.jsonl"))) == 3
-
-
 def test_ctrl_c_ends_between_two_cases(plan: Plan, tmp_path: Path) -> None:
     def press(progress: Progress) -> None:
         if progress.done == 3:
@@ -185,12 +172,6 @@ def test_the_solver_gives_every_column(plan: Plan) -> None:
     assert row["status"] == "converged"
     assert row["friction_coefficient"] == pytest.approx(row["friction_fluid"] + row["friction_asperity"], rel=1e-12)
     assert 0.0 < row["friction_error"] < 0.05
-
-
-def test_a_folder_that_cannot_be_made(plan: Plan, tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match="can be written"):
-        sweep_shard(plan, tmp_path / "file" / "run", evaluate=XU)
 
 
 def test_slurm(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -10,7 +10,6 @@ from efficiency.blanks.inputs import PairBlankInput
 from efficiency.blanks.pair import pair_blank
 from efficiency.contact.conjugate import EaseOffTarget, conjugate_flank
 from efficiency.contact.contact_search import transmission
-from efficiency.contact.ease_off import conjugate_points, relative_regularity
 from efficiency.contact.mesh_surface import MeshSurface, mesh_surface
 from efficiency.ltca.limits import edge_load
 from efficiency.machine_settings.gear import cut_gear, pair_dimensions
@@ -69,16 +68,6 @@ def surface(request: pytest.FixtureRequest) -> MeshSurface:
     return surface_of(request.param)
 
 
-def test_all_points_are_on_one_branch_of_the_equation_of_meshing(surface: MeshSurface) -> None:
-    points = surface.grid.gear.points(surface.grid.points.parameters[:, surface.grid.found])
-    conjugate = conjugate_points(points, surface.assembly)
-    assert (conjugate.rate > 0.0).all()
-    # neighbours over the depth touch at neighbouring angles
-    roll = surface.patch(surface.grid.u, surface.grid.v, ("roll",))[0][:-1].reshape(surface.grid.shape)
-    steps = np.diff(roll, axis=1)
-    assert (np.sign(steps) == np.sign(steps[0, 0])).all()
-
-
 def test_ease_off_is_the_one_asked_for(surface: MeshSurface) -> None:
     u, v = surface.grid.u[:-1], surface.grid.v[:-1]
     inside = surface.margin(u, v) > 0.0
@@ -91,25 +80,6 @@ def test_ease_off_is_the_one_asked_for(surface: MeshSurface) -> None:
     turned = np.sum((measured - asked) * lever) / np.sum(lever * lever)
     assert inside.sum() > 100
     assert np.abs(measured - asked - turned * lever).max() < 0.3e-6
-
-
-def test_the_milled_gear_is_undercut_below_the_points_it_mates_with() -> None:
-    surface = surface_of(MILLED)
-    # toe to heel and a little beyond, below the map, and the mean point for comparison
-    gear, pinion = surface.gear.blank, surface.pinion.blank
-    lowest = (gear.mean_dedendum - pinion.mean_addendum) / (gear.mean_addendum + gear.mean_dedendum)
-    u = np.append(0.6 * gear.face_width * np.linspace(-1.0, 1.0, 9), 0.0)
-    v = np.append(np.full(9, lowest - 0.12), 0.6)
-    points, found = surface.gear.solve(u, surface.height(u, v))
-    assert relative_regularity(surface.gear, points.parameters, found).min() < 0.04
-    assert surface.undercut is None
-
-
-def test_transmission_error_is_of_the_size_of_the_ease_off(surface: MeshSurface) -> None:
-    mesh = transmission(surface)
-    lever = float(surface.patch(np.zeros(1), np.full(1, 0.6), ("lever",))[0, 0])
-    assert mesh.settled
-    assert 0.0 < mesh.peak_to_peak < 52e-6 / lever
 
 
 def test_a_contact_out_of_proportion_with_the_ease_off_is_refused(surface: MeshSurface) -> None:

@@ -16,7 +16,6 @@ from efficiency.design.design import load_design
 
 def bevel_gear(side: str) -> CutFlank:
     flank = load_design("fm_spiral_bevel_14x39").gear.flank(side)  # type: ignore[arg-type]
-    assert isinstance(flank, CutFlank)
     # the file rounds: here the tip plane touches the root cone exactly
     blank = flank.blank
     sink = blank.mean_cone_distance * np.sin(blank.dedendum_angle) - blank.mean_dedendum * np.cos(blank.dedendum_angle)

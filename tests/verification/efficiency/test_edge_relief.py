@@ -1,6 +1,5 @@
 """Tip and end relief: depth at points, gap against sections in space, and what it does to load, error and loss."""
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -107,24 +106,6 @@ def test_relief_takes_the_load_off_the_edges_and_only_as_much_as_it_is(results: 
     assert pressures[3] > pressures[0]
 
 
-def test_loss_falls_with_the_sliding_at_the_tips_and_the_balance_stays(results: dict[float, Any]) -> None:
-    losses = [result.power_loss for result in results.values()]
-    assert losses[1] == pytest.approx(losses[0], rel=1e-4)
-    assert losses[0] > losses[2] > losses[3]
-    for result in results.values():
-        assert result.status == "converged"
-        assert result.power_input == pytest.approx(result.power_output + result.power_loss, rel=1e-10)
-
-
-def test_transmission_error_under_light_load_grows_where_relief_takes_the_contact_ratio() -> None:
-    # the light contact of this pair does not reach the tips: relief over the whole depth does
-    amplitude, bodies = [], elastic_bodies(load_design("fm_spiral_bevel_14x39"), "drive", keep=True)
-    for tables in ({}, {"tip": tip(40e-6, 7e-3)}):
-        mesh = Mesh.of(relieved("fm_spiral_bevel_14x39", **tables), "drive", 6, 13, bodies)
-        amplitude.append(float(np.ptp(mesh.load(30.0).grids.fine.transmission_error)))
-    assert amplitude[1] > 1.2 * amplitude[0]
-
-
 def test_contact_pattern_leaves_relieved_ends() -> None:
     plain = flank_pair(load_design(PAIR).flanks(), "drive").pattern()
     short = flank_pair(relieved(PAIR, tip=tip(30e-6, 2e-3), toe=tip(30e-6, 6e-3)).flanks(), "drive").pattern()
@@ -151,9 +132,7 @@ TEXT = data_path("designs", f"{PAIR}.toml").read_text(encoding="utf-8")
         ),
     ],
 )
-def test_impossible_relief_is_refused_with_the_remedy(
-    mixed_ehl: Callable[..., Any], tmp_path: Path, tables: str, field: str, remedy: str
-) -> None:
+def test_impossible_relief_is_refused(mixed_ehl: Any, tmp_path: Path, tables: str, field: str, remedy: str) -> None:
     design = tmp_path / "design.toml"
     design.write_text(f"{TEXT}\n[gear.edge_relief]\n{tables}\n", encoding="utf-8")
     outcome = mixed_ehl("gear", design)
@@ -185,6 +164,4 @@ def test_shipped_pairs_with_relief_are_clean(name: str, side: Side) -> None:
     assert loaded.edges.share < 0.02
     assert loaded.fine.pressure_hertz_max < 1.6e9
     asked, kept = (given.pinion.edge_relief.tip for given in (load_targets(name), design))
-    assert asked is not None
-    assert kept is not None
     assert (kept.amount, kept.length) == pytest.approx((asked.amount, asked.length))

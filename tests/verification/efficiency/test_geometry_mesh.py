@@ -6,17 +6,12 @@ import numpy as np
 import pytest
 
 from efficiency.contact.assembly import Assembly
-from efficiency.contact.contact_lines import mesh_cycle
-from efficiency.contact.contact_search import transmission
 from efficiency.contact.ease_off import ConjugatePoints, conjugate_points, ease_off
 from efficiency.contact.flank_pair import FlankPair, flank_pair
 from efficiency.contact.mesh_surface import MeshSurface, mesh_surface
-from efficiency.cutting.blank import Blank
 from efficiency.cutting.cutter import Blade
 from efficiency.cutting.flank import CutFlank
-from efficiency.cutting.machine import MachineSettings
 from efficiency.design.design import Design, load_design
-from ehl.common.units import ARCSEC
 
 SIDES = ("drive", "coast")
 
@@ -73,76 +68,6 @@ def test_exactly_conjugate_pinion_has_no_ease_off(conjugate: MeshSurface) -> Non
     assert np.abs(conjugate.patch(u, v, ("ease_off",))).max() < 1e-13
 
 
-@pytest.mark.parametrize(
-    ("teeth", "spiral", "pressure", "cutter", "taper", "side"),
-    [
-        ((26, 54), 16.0, 17.0, 1.03, 0.8, "convex"),
-        ((8, 32), 28.0, 21.0, 0.76, 0.5, "concave"),
-        ((10, 47), 41.0, 17.0, 1.17, 0.0, "convex"),
-        ((19, 33), 40.0, 23.5, 1.07, 1.0, "concave"),
-        ((14, 14), 38.0, 20.0, 0.8, 0.6, "convex"),
-    ],
-)
-def test_zero_ease_off_for_other_bevel_pairs(
-    teeth: tuple[int, int], spiral: float, pressure: float, cutter: float, taper: float, side: str
-) -> None:
-    """Blanks, spiral angles and cutters far from the shipped pair: the crown pinion stays exactly conjugate."""
-    cone, beta = np.arctan2(teeth[1], teeth[0]), np.radians(spiral)
-    module = 3e-3
-    distance = 0.5 * module * teeth[1] / np.cos(beta) / np.sin(cone)
-    depth, clearance = 2.0 * module, 0.25 * module
-    addendum = depth * (0.25 + 0.25 * (teeth[0] / teeth[1]) ** 2)
-    dedendum = depth - addendum + clearance
-    angle = taper * np.arctan(dedendum / distance)
-
-    def member(k: int, angle: float, height: float, down: float, up: float) -> Blank:
-        lengths = {"mean_cone_distance": distance, "face_width": 0.25 * distance, "mean_addendum": height}
-        below = depth - height + clearance
-        return Blank(
-            teeth=teeth[k], pitch_angle=angle, mean_dedendum=below, addendum_angle=up, dedendum_angle=down, **lengths
-        )
-
-    blank = member(1, cone, addendum, angle, 0.0)
-    mate = member(0, 0.5 * np.pi - cone, depth - addendum, 0.0, angle)
-    radius = cutter * distance
-    horizontal, vertical = distance * np.cos(angle) - radius * np.sin(beta), radius * np.cos(beta)
-    sign = 1.0 if side == "concave" else -1.0
-    machine = MachineSettings(
-        radial_setting=np.hypot(horizontal, vertical),
-        cradle_angle=np.arctan2(vertical, horizontal),
-        machine_root_angle=cone - angle,
-        roll_ratio=np.cos(angle) / np.sin(cone),
-        sliding_base=distance * np.sin(angle) - dedendum * np.cos(angle),
-    )
-    blade = Blade(radius + sign * 0.35 * module, np.radians(pressure) - sign * angle * np.sin(beta), side)  # type: ignore[arg-type]
-    gear = CutFlank(blade, machine, blank)
-    surface = mesh_surface(gear, crown_pinion(gear, CutFlank(blade, machine, mate)), Assembly(*teeth, 0.5 * np.pi))
-    u, v = points_inside(surface, 30)
-    assert np.abs(surface.patch(u, v, ("ease_off",))).max() < 1e-13
-
-
-def test_exactly_conjugate_pair_has_no_transmission_error_and_no_gaps(design: Design, conjugate: MeshSurface) -> None:
-    real = flank_pair(design.flanks(), "drive")
-    pair = replace(real, surface=conjugate, transmission=transmission(conjugate))
-    assert pair.transmission.peak_to_peak / ARCSEC < 1e-5
-    for position in mesh_cycle(pair.surface, positions=4, points_per_line=9):
-        assert position.gap.max() < 1e-12
-        assert abs(position.transmission_error) / ARCSEC < 1e-6
-
-
-def test_contact_moves_to_opposite_ends_on_both_sides_with_offset_error(design: Design) -> None:
-    """The classic V check: an offset error moves the contact towards the toe on one side and the heel on the other."""
-    shift = {}
-    for side in SIDES:
-        plus, minus = (
-            flank_pair(design.with_misalignment(E=e).flanks(), side).surface.error_maximum[0]  # type: ignore[arg-type]
-            for e in (5e-5, -5e-5)
-        )
-        shift[side] = plus - minus
-    assert shift["drive"] < -1e-3
-    assert shift["coast"] > 1e-3
-
-
 def test_interpolation_error_is_estimated(pair: FlankPair) -> None:
     """The patch against exact points between its nodes; the estimate from the tail is not too small."""
     surface = pair.surface
@@ -152,38 +77,6 @@ def test_interpolation_error_is_estimated(pair: FlankPair) -> None:
     worst = np.abs(surface.patch(u, v, ("ease_off",))[0] - relief).max()
     assert worst < max(surface.interpolation_error, 1e-14)
     assert surface.interpolation_error < 1e-9
-
-
-def test_line_lengths_and_points(pair: FlankPair) -> None:
-    coarse = mesh_cycle(pair.surface, positions=2, points_per_line=11)[1]
-    fine = mesh_cycle(pair.surface, positions=2, points_per_line=101)[1]
-    np.testing.assert_array_equal(np.unique(coarse.pair), np.unique(fine.pair))
-    for k in np.unique(fine.pair):
-        own = fine.pair == k
-        chords = np.linalg.norm(np.diff(fine.position[own], axis=0), axis=1)
-        parts = fine.length[own]
-        np.testing.assert_allclose(chords, 0.5 * (parts[1:] + parts[:-1]), rtol=1e-4)
-        assert coarse.length[coarse.pair == k].sum() == pytest.approx(parts.sum(), rel=1e-4)
-        # points run from the toe to the heel, along the tangent
-        assert (np.diff(fine.face_gear[own]) > 0.0).all()
-        assert ((np.diff(fine.position[own], axis=0) * fine.along[own][:-1]).sum(axis=1) > 0.99 * chords).all()
-    for position in (coarse, fine):
-        np.testing.assert_allclose(np.linalg.norm(position.normal, axis=1), 1.0, rtol=1e-12)
-        np.testing.assert_allclose(np.cross(position.along, position.normal), position.across, atol=1e-12)
-        assert (position.gap >= 0.0).all()
-        assert position.gap.min() == 0.0
-
-
-def test_the_cycle_closes_after_one_pitch(pair: FlankPair) -> None:
-    """The lines just before the end of the pitch continue in those of its start, one pair further."""
-    cycle = mesh_cycle(pair.surface, positions=200, points_per_line=5)
-    first, last = cycle[0], cycle[-1]
-    for k in np.unique(first.pair):
-        before = last.position[last.pair == k - 1]
-        after = first.position[first.pair == k]
-        if before.size and after.size:
-            assert np.abs(before - after).max() < 0.6e-3
-    assert abs(first.transmission_error - last.transmission_error) / ARCSEC < 0.5
 
 
 @pytest.mark.parametrize("hand", ["left", "right"])

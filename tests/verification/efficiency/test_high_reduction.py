@@ -47,7 +47,6 @@ def design() -> Design:
     made = efficiency.settings(validate(SettingsInput, content))
     assert made.status == "converged"
     # as much as the ease-off makes, 4 um over the depth: no other turn of the thread takes part
-    assert made.concave.transmission is not None
     assert made.concave.transmission.edges == ()
     assert made.concave.transmission.peak_to_peak == pytest.approx(6.36 / 206265.0, rel=0.02)
     return made.design

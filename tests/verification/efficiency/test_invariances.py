@@ -51,19 +51,3 @@ def same(one: Any, other: Any, relative: float = 1e-5) -> None:
     assert other.cycle.transmission_error_loaded == pytest.approx(
         one.cycle.transmission_error_loaded, rel=10.0 * relative
     )
-
-
-def test_fifty_points_of_a_map_are_those_solved_alone() -> None:
-    """Within the error of the torque balance that the map states, and 0.3 % of the loss.
-
-    The latter is for bulk temperatures from fewer points.
-    """
-    torques, speeds = np.linspace(60.0, 500.0, 5), np.geomspace(10.0, 400.0, 10)
-    mesh = mesh_of(load_design(NAMES[0]))
-    found = mesh.over("75w90", torque=torques, speed=speeds).values()
-    for i, torque in enumerate(torques):
-        loaded = mesh.load(float(torque))
-        for j, speed in enumerate(speeds):
-            alone = loaded.efficiency("75w90", speed=float(speed))
-            few = 3e-3 * (1.0 - alone.efficiency)
-            assert found[i, j] == pytest.approx(alone.efficiency, abs=alone.errors.balance + few)

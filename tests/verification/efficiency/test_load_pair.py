@@ -4,12 +4,11 @@ import math
 
 import numpy as np
 import pytest
-from pydantic import ValidationError
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
-from efficiency.design.design import Deflection, load_design
-from efficiency.loss.closed_form import coleman_type, profile_contact_ratio
+from efficiency.design.design import load_design
+from efficiency.loss.closed_form import profile_contact_ratio
 from efficiency.loss.efficiency import LoadedGrids, load_grids, mesh_efficiency
 from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.kinematics import Operation
@@ -67,27 +66,6 @@ def test_error_estimate_covers_a_finer_grid(mesh: Mesh) -> None:
             assert coarse.efficiency_error < 0.01 * (1.0 - coarse.efficiency)
 
 
-def test_closed_form_is_explained_by_its_symmetric_path(mesh: Mesh, loaded: LoadedGrids) -> None:
-    """The closed form spreads the load evenly over a path as long before as after the pitch point.
-
-    The pinion's long addendum makes the path one-sided: its mean sliding is 2 (g1^2 + g2^2)/(g1 + g2)^2 = 1.17 times
-    that. With it the mesh loses 1.03 of the closed form: the elastic load favours the middle of the path, but the edges
-    go on carrying before and after it, where sliding is greatest.
-    """
-    pitch = mesh.pitch
-    transverse = math.atan(math.tan(pitch.pressure_angle) / math.cos(pitch.spiral_angle_gear))
-    path = []
-    for blank in (DESIGN.pinion.blank, DESIGN.gear.blank):
-        radius = blank.mean_cone_distance * math.tan(blank.pitch_angle)
-        base, tip = radius * math.cos(transverse), radius + blank.mean_addendum
-        path.append(math.sqrt(tip**2 - base**2) - radius * math.sin(transverse))
-    one_sided = 2.0 * (path[0] ** 2 + path[1] ** 2) / sum(path) ** 2
-    closed = 1.0 - coleman_type(pitch, 0.05)
-    ratio = (1.0 - efficiency(loaded, 0.05).efficiency) / closed
-    assert one_sided == pytest.approx(1.171, abs=2e-3)
-    assert 1.0 < ratio / one_sided < 1.06
-
-
 def test_pitch_geometry_of_the_design(mesh: Mesh) -> None:
     assert mesh.pitch.contact_ratio_profile == pytest.approx(1.165, abs=0.003)
     assert math.degrees(mesh.pitch.spiral_angle_gear) == pytest.approx(35.335, abs=0.01)
@@ -101,26 +79,23 @@ def test_ranges_are_those_of_an_automotive_bevel_gear(loaded: LoadedGrids) -> No
     forces = [load.force.sum() for load in loaded.fine.positions]
     assert np.mean(forces) == pytest.approx(14193.3, rel=0.03)  # ISO/TR 10300-30 sample 1, F_n
     assert 1.0e9 < result.pressure_hertz_max < 2.0e9
-    low, high = result.friction_range.ranges["slide_to_roll"]
-    assert low < 0.0 < high  # sliding changes sign at the pitch line
-    along = np.abs(result.friction_range.ranges["speed_sliding_lengthwise"]).max()
-    assert (
-        along < 0.05 * result.friction_range.ranges["speed_sliding"][1]
-    )  # no offset: hardly any sliding along the line
+    ranges = result.friction_range.ranges
+    assert ranges["slide_to_roll"][0] < 0.0 < ranges["slide_to_roll"][1]  # sliding changes sign at the pitch line
+    # no offset: hardly any sliding along the line
+    assert np.abs(ranges["speed_sliding_lengthwise"]).max() < 0.05 * ranges["speed_sliding"][1]
 
 
 def test_loaded_transmission_error(mesh: Mesh) -> None:
-    """Without load it is the geometry's; load drags the gear back and evens it out.
+    """Load drags the gear back and evens it out.
 
     Peak to peak 0.554 of the unloaded one at 300 N m, 0.346 at 100 N m (48 x 81 points); 12 positions miss the former.
     """
     bodies = mesh.grids.teeth.pinion, mesh.grids.teeth.gear
     cycle = Mesh.of(DESIGN, "drive", 24, 21, bodies=bodies).grids
-    light, middle, heavy = (load_grids(cycle, torque).fine for torque in (0.01, 100.0, 300.0))
+    middle, heavy = (load_grids(cycle, torque).fine for torque in (100.0, 300.0))
     unloaded = np.array([p.transmission_error for p in cycle.fine])
-    assert np.max(np.abs(light.transmission_error - unloaded)) < 0.02 * np.ptp(unloaded)
     assert np.all(heavy.transmission_error < middle.transmission_error)
-    assert np.all(middle.transmission_error < light.transmission_error)
+    assert np.all(middle.transmission_error < unloaded)
     assert np.ptp(heavy.transmission_error) == pytest.approx(0.554 * np.ptp(unloaded), rel=0.03)
     assert np.ptp(middle.transmission_error) == pytest.approx(0.346 * np.ptp(unloaded), rel=0.03)
 
@@ -153,14 +128,3 @@ def test_light_load_is_hertz_point_contact() -> None:
     assert load.share[0] == pytest.approx(1.0)
     assert load.pressure_hertz.max() == pytest.approx(peak, rel=0.03)
     assert 0.5 * position.length[load.force > 0.0].sum() == pytest.approx(half_length, rel=0.12)
-
-
-def test_deflection_grows_with_the_torque() -> None:
-    """0.1 mm of E at 300 N m is 0.05 mm at 150 N m, on top of the misalignment."""
-    assembly = DESIGN.assembly.model_copy(update={"deflection": Deflection(E=1e-4, torque=300.0)})
-    soft = DESIGN.model_copy(update={"assembly": assembly})
-    loaded = load_grids(Mesh.of(soft, "drive", 4, 9, keep=True).grids, 150.0)
-    same = load_grids(Mesh.of(DESIGN.with_misalignment(E=0.5e-4), "drive", 4, 9, keep=True).grids, 150.0)
-    np.testing.assert_array_equal(loaded.fine.transmission_error, same.fine.transmission_error)
-    with pytest.raises(ValidationError, match="the pinion torque of these displacements"):
-        Deflection(E=1e-4)

@@ -32,7 +32,6 @@ def test_constant_friction_is_the_integral_over_the_lines(pairs: dict[str, Mesh]
     mesh = pairs[name].grids
     loaded = load_grids(mesh, 200.0)
     result = mesh_efficiency(loaded, ConstantFriction(0.05), OIL, OPERATION)
-    assert mesh.axes is not None
     pinion, gear = mesh.axes
     total = 0.0
     for load in loaded.fine.positions:
@@ -121,3 +120,5 @@ def test_a_driving_gear_is_the_pinion_with_friction_reversed() -> None:
     cos_n, t1, t2 = (math.cos(math.radians(20.0)), math.tan(math.radians(48.0)), math.tan(math.radians(22.0)))
     assert back == pytest.approx((cos_n - 0.05 * t1) / (cos_n - 0.05 * t2), rel=1e-14)
     assert back == pytest.approx(1.0 / (1.0 + 0.05 * (t1 - t2) / cos_n), abs=2.0 * 0.05**2)
+    for form in (coleman_type, buckingham_type):
+        assert form(pair, 0.05, "gear") == pytest.approx(back, abs=1e-6)

@@ -8,7 +8,6 @@ import pytest
 from efficiency.blanks.pair import pair_blank
 from efficiency.contact.ease_off import conjugate_points, ease_off, pinion_phase
 from efficiency.contact.tooth_grid import normal_thickness
-from efficiency.cutting.flank import CutFlank
 from efficiency.design.design import load_design
 from efficiency.machine_settings.conjugate import fit_grid, target_relief
 from efficiency.machine_settings.gear import pair_dimensions
@@ -53,8 +52,6 @@ def test_design_is_made_again_from_its_targets(result: SettingsResult) -> None:
     assert result.design.assembly == shipped.assembly
     for side in ("concave", "convex"):
         made, kept = result.design.flank("pinion", side), shipped.flank("pinion", side)
-        assert isinstance(made, CutFlank)
-        assert isinstance(kept, CutFlank)
         u, h = (g.ravel() for g in np.meshgrid(np.linspace(-0.01, 0.01, 4), np.linspace(-0.001, 0.005, 4)))
         there, found = kept.solve(u, h)
         here, _ = made.solve(u, h)

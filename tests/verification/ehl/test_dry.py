@@ -8,9 +8,11 @@ from contacts import line_contact
 from numpy.testing import assert_allclose
 from refusals import refuses
 from scipy import linalg, optimize
+from scipy.integrate import quad
 from scipy.linalg import toeplitz
 
-from ehl.rough.dry import influence_coefficients, solve_dry, uniform_grid
+from ehl.common.errors import InputError
+from ehl.rough.dry import DeflectionOperator, influence_coefficients, solve_dry, uniform_grid
 from ehl.surface.roughness import generate_profile
 
 CONTACT = line_contact(speed_entrainment=1.0, slide_to_roll=0.0)
@@ -121,3 +123,20 @@ def test_failures_are_statuses():
 def test_bad_input(x, roughness, hardness, field):
     with refuses(field):
         solve_dry(CONTACT, x, roughness, hardness=hardness)
+
+
+E, STEP = 228e9, 1.3e-6
+
+
+@pytest.mark.parametrize("distance", [0, 1, 2, 7, 56, 60, 64, 400])
+def test_coefficients_against_quadrature(distance):
+    kinks = [0.0] if distance == 0 else None
+    value, _ = quad(lambda s: math.log(abs(distance - s) * STEP), -0.5, 0.5, points=kinks, epsrel=1e-11, limit=200)
+    expected = -4.0 / (math.pi * E) * STEP * value
+    assert influence_coefficients(401, STEP, E)[distance] == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize("arguments", [(1, STEP, E), (10, 0.0, E), (10, STEP, -1.0)])
+def test_bad_arguments(arguments):
+    with pytest.raises(InputError):
+        DeflectionOperator(*arguments)

@@ -4,10 +4,8 @@ import pytest
 from twins.plain_twin import PlainTwin, roll
 from twins.rough_scenes import Scene, eyring_oil, gaussian_pair, line, speed_of_film_ratio
 
-from ehl.rough import RoughSurfaces
 from ehl.rough._kernels.march import FILM_MEAN
 from ehl.rough.averaging import Window
-from ehl.smooth.solver import solve_steady
 
 RMS = 0.4e-6
 STARTUP = 3.4
@@ -30,12 +28,3 @@ def test_engine_and_plain_solver_agree_on_rough_surfaces(ratio: float, per_width
     assert film == pytest.approx(float(window.records[:, FILM_MEAN].mean()) * units.film, rel=1e-3)
     if touches:
         assert twin.c.sum() > 0.0
-
-
-def test_plain_solver_of_smooth_surfaces_reaches_the_steady_solution() -> None:
-    oil = eyring_oil()
-    contact = line(5.0)
-    twin = PlainTwin(contact, oil, RoughSurfaces(), 150)
-    mu, _ = roll(twin, 4.0, 0.5)
-    assert twin.failures == 0
-    assert mu == pytest.approx(solve_steady(contact, oil).friction_fluid, rel=2e-3)

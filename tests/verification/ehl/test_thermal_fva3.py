@@ -33,13 +33,8 @@ ESTIMATE = [
 @pytest.mark.parametrize(("pressure", "speed", "slide", "ratio", "friction"), ESTIMATE)
 def test_isothermal_over_thermal_friction(monkeypatch, pressure, speed, slide, ratio, friction):
     at_mid_film(monkeypatch)
-    contact = line_contact(
-        radius_equivalent=10e-3,
-        effective_modulus=226e9,
-        pressure_hertz=pressure * 1e9,
-        speed_entrainment=speed,
-        slide_to_roll=slide,
-    )
+    state = {"radius_equivalent": 10e-3, "effective_modulus": 226e9, "pressure_hertz": pressure * 1e9}
+    contact = line_contact(**state, speed_entrainment=speed, slide_to_roll=slide)
     oil = replace(Oil.load("fva3").at(353.15), eyring_stress=5e6, limiting_shear_coefficient=0.047)
     oil = replace(oil, film_conductivity=FilmConductivity(c1=0.8e-9, c2=0.0))
     steel = Material.load("steel").model_copy(update={"thermal_conductivity": 46.0})

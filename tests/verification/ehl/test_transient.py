@@ -1,42 +1,37 @@
 """The transient solver against the steady one, the sealed and the dry limit, balances and symmetries."""
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 from contacts import line_contact
-from scipy.linalg import toeplitz
-from scipy.optimize import brentq, nnls
+from samples import contact_case
 from twins.exact_elasticity import elastic_error
+from twins.material_points import conducts_like_the_transient_solver
+from twins.rough_scenes import STEEL, Scene, eyring_oil, gaussian_pair, line, speed_of_film_ratio
 from twins.rough_scenes import eyring_oil as oil
 
 from ehl.common.errors import InputError
-from ehl.fluid.lubricant import Lubricant
+from ehl.fluid.lubricant import FilmConductivity
 from ehl.line_contact import LineContact
-from ehl.material import Material
 from ehl.rough import RoughSurfaces, solve_transient
-from ehl.rough._kernels.march import FILM_MEAN, MU_FLUID, SHARE, STAGE
+from ehl.rough._kernels.march import FILM_MEAN, FLASH_MAX, MU_FLUID, SHARE, STAGE, TEMPERATURE_MAX
 from ehl.rough._kernels.newton import UNCONVERGED
-from ehl.rough.exponential_sums import quad_bessel
+from ehl.rough.accuracy import mesh_length
+from ehl.rough.mixed import SmoothFriction, solve_mixed
 from ehl.rough.run import TransientRun
-from ehl.rough.scaling import Settings, build_problem, flattening_wave_number
+from ehl.rough.scaling import Settings, build_problem, rough_length
 from ehl.smooth.solver import solve_steady
+from ehl.smooth.thermal import solve_smooth
 from ehl.surface.roughness import RoughProfile, generate_profile
 
 HALF_WIDTH = 4.0 * 0.015 * 1e9 / 228e9
-STEEL = Material.load("steel")
 
 
-def contact(
-    speed: float = 5.0, slide_to_roll: float = 0.5, lengthwise: float = 0.0, pressure: float = 1e9
-) -> LineContact:
-    return line_contact(
-        pressure_hertz=pressure,
-        speed_entrainment=speed,
-        slide_to_roll=slide_to_roll,
-        speed_sliding_lengthwise=lengthwise,
-    )
+def contact(speed: float = 5.0, slide_to_roll: float = 0.5) -> LineContact:
+    return line_contact(speed_entrainment=speed, slide_to_roll=slide_to_roll)
 
 
 def profile(rms: float, seed: int, correlation_length: float = 20e-6) -> RoughProfile:
@@ -47,17 +42,8 @@ def rough(rms: float) -> RoughSurfaces:
     return RoughSurfaces(profile(rms, 1), profile(rms, 2))
 
 
-def make_run(
-    line: LineContact,
-    lubricant: Lubricant,
-    surfaces: RoughSurfaces,
-    nodes: int = 200,
-    boundary_film: float = 20e-9,
-    peklenik_number: float = math.inf,
-    hardness: float = 1e13,
-    thermal: bool = False,
-) -> TransientRun:
-    settings = Settings(nodes, boundary_film, 0.1, peklenik_number, thermal, hardness)
+def make_run(line, lubricant, surfaces, nodes=200, boundary_film=20e-9, peklenik_number=math.inf, **more):
+    settings = Settings(nodes, boundary_film, 0.1, peklenik_number, **({"thermal": False, "hardness": 1e13} | more))
     return TransientRun(build_problem(line, lubricant, surfaces, (STEEL, STEEL), settings))
 
 
@@ -156,63 +142,20 @@ def test_mass_is_conserved_in_the_mixed_regime() -> None:
     assert abs(mass[first:last].sum() - start - carried - flowed) < 3e-3 * throughput
 
 
-def dry_contact(gap: np.ndarray, kernel: np.ndarray, load: float) -> np.ndarray:
-    """Pressures q >= 0 with K q + gap + level >= 0, complementary, sum q = load: a quadratic program per level."""
-    root = np.linalg.cholesky(kernel)
-    shifted = np.linalg.solve(root, gap)
-    unit = np.linalg.solve(root, np.ones(gap.size))
-
-    def pressures(level: float) -> np.ndarray:
-        return nnls(root.T, -(shifted + level * unit), maxiter=20 * gap.size)[0]
-
-    low = -gap.min() - (kernel @ np.full(gap.size, 2.0 * load / gap.size)).max()
-    while pressures(low).sum() < load:
-        low -= np.ptp(gap)
-    level = brentq(lambda value: pressures(value).sum() - load, low, -gap.min(), rtol=1e-12)
-    return pressures(level)
-
-
-def test_drained_pockets_reach_boundary_friction() -> None:
-    run = make_run(contact(0.004), oil(), rough(0.3e-6), boundary_film=10e-9, peklenik_number=1.0)
-    roll(run, 11.0)
-    records = roll(run, 2.0)
-    assert records[:, SHARE].mean() > 0.9
-    assert 0.09 < friction(records) < 0.1005
-    assert np.mean(records[:, STAGE] == UNCONVERGED) < 0.01
-
-
 def test_dry_limit_agrees_with_a_dry_contact_solution() -> None:
-    """With side flow the tips are those of the lateral mode, at the deflection of the mean pressure."""
+    """Complementary film and pressure: with a positive definite kernel there is one such solution of the dry contact.
+
+    With side flow the tips are those of the lateral mode, at the deflection of the mean pressure.
+    """
     run = make_run(contact(1.0), oil(1e-6, 1e-11), rough(0.4e-6), nodes=160, peklenik_number=1.0)
     records = roll(run, 16.0)
     assert records[-1, SHARE] > 0.98
-    n = run.problem.x.size
-    wave_number = flattening_wave_number(rough(0.4e-6).correlation_length, 1.0) * run.problem.units.spacing
-    kernel = toeplitz([quad_bessel(wave_number, d) for d in range(n)]) * run.problem.deflection
     total = run.state.fluid_pressure + run.state.contact_pressure
-    gap = run.state.film - kernel @ total - run.problem.model.contact.boundary
-    dry = dry_contact(gap, kernel, float(total.sum()))
-    assert np.abs(dry - total).sum() < 0.01 * total.sum()
+    gap = run.state.film / run.problem.model.contact.boundary - 1.0
+    assert gap.min() > -1e-3
+    assert total.min() >= 0.0
+    assert total[gap > 1e-3].sum() < 0.01 * total.sum()
     assert records[-1, MU_FLUID] + 0.1 * records[-1, SHARE] == pytest.approx(0.1, rel=0.02)
-
-
-@pytest.mark.parametrize(
-    ("slide_to_roll", "lengthwise", "smooth"),
-    [(0.0, 0.0, 0), (3.0, 0.0, 0), (0.4, 4.0, 1), (-0.4, 0.0, 2)],
-    ids=["rolling", "opposite", "both ways, 1 smooth", "2 faster and smooth"],
-)
-def test_every_motion_runs(slide_to_roll: float, lengthwise: float, smooth: int) -> None:
-    """More motions: `test_stress.py`."""
-    surfaces = RoughSurfaces(None if smooth == 1 else profile(0.2e-6, 1), None if smooth == 2 else profile(0.2e-6, 2))
-    run = make_run(contact(2.0, slide_to_roll, lengthwise), oil(), surfaces, nodes=150, peklenik_number=1.0)
-    records = roll(run, 4.0)
-    assert np.all(np.isfinite(records))
-    assert np.count_nonzero(records[:, STAGE] == UNCONVERGED) == 0
-    last = friction(records[-100:])
-    if slide_to_roll == lengthwise == 0.0:
-        assert records[:, MU_FLUID].max() < 1e-12
-    else:
-        assert 0.005 < last < 0.1
 
 
 def test_cap_limits_the_pressure() -> None:
@@ -227,24 +170,6 @@ def test_cap_limits_the_pressure() -> None:
     assert np.mean(records[:, STAGE] == UNCONVERGED) < 0.01
     total = capped.state.fluid_pressure + capped.state.contact_pressure
     assert float(total.sum()) == pytest.approx(capped.problem.model.contact.load, rel=2e-6)
-
-
-def test_whole_solution_reports_its_errors() -> None:
-    result = solve_transient(
-        contact(1.0), oil(), rough(0.3e-6), nodes=256, travel=12.0, boundary_film=20e-9, boundary_study=True
-    )
-    assert result.status in {"converged", "unsettled"}
-    assert 0.03 < result.friction_coefficient < 0.06
-    assert result.friction_coefficient == pytest.approx(result.friction_fluid + result.friction_asperity)
-    assert result.friction_coefficient == pytest.approx(float(result.history_friction.mean()))
-    assert 0.0 < result.asperity_load_share < result.roughness_load_share < 1.0
-    assert 0.0 < result.mesh_error < 0.25
-    assert 0.0 < result.statistical_error < 0.2
-    assert result.friction_boundary_half < result.friction_coefficient < result.friction_boundary_double
-    assert result.fallbacks.total == result.steps
-    load = np.trapezoid(result.profiles.pressure_fluid + result.profiles.pressure_asperity, result.profiles.x)
-    assert load == pytest.approx(contact(1.0).load_per_length, rel=2e-3)
-    assert result.snapshot.film.min() >= result.boundary_film * 0.999
 
 
 FINE = generate_profile(0.2e-6, 3e-6, 16.0 * HALF_WIDTH, 1e-6, 1)
@@ -271,3 +196,100 @@ def test_profile_with_gaps_is_refused() -> None:
     heights = np.where(np.arange(200) == 7, math.nan, 1e-7)
     with pytest.raises(InputError, match="finite"):
         RoughSurfaces(RoughProfile(heights, 2e-6, 1e-7, 0.0, 3.0, 20e-6, 36e-6), None)
+
+
+@pytest.mark.parametrize(("slide_to_roll", "period", "travel"), [(0.5, 8.0, 24.0), (-2.0, 32.0, 12.0)])
+def test_realisation_error_covers_other_stretches_of_the_same_surfaces(
+    slide_to_roll: float, period: float, travel: float
+) -> None:
+    """Film ratio about 0.5, sealed, on a coarse mesh; period and travel in half-widths."""
+    line, results = line_contact(speed_entrainment=0.86, slide_to_roll=slide_to_roll), []
+    b = line.half_width
+    settings: Any = {"nodes": 110, "peklenik_number": math.inf, "boundary_film": 30e-9, "travel": travel}
+    for seed in range(12):
+        each = (generate_profile(0.28e-6, 0.15 * b, period * b, 0.0075 * b, 2 * seed + i) for i in (1, 2))
+        results.append(solve_transient(line, oil(), RoughSurfaces(*each), accuracy="fast", **settings))
+    friction = np.array([result.friction_coefficient for result in results])
+    away = np.abs(friction / friction.mean() - 1.0)
+    realisation = np.array([result.realisation_error for result in results])
+    statistical = np.array([result.statistical_error for result in results])
+    # nominal 90 %: 8 or more of 12 but for one time in two hundred
+    assert np.count_nonzero(away <= realisation) >= 8
+    if slide_to_roll == -2.0:  # the interval of the time mean sees nothing of a surface at rest
+        assert np.count_nonzero(away <= statistical) < 8
+    assert np.median(realisation) < 4.0 * 1.645 * np.std(away)
+
+
+OIL = eyring_oil()
+RMS = 0.4e-6
+
+
+def scene_of(ratio: float, peklenik_number: float = math.inf) -> Scene:
+    contact = line(speed_of_film_ratio(ratio, RMS, OIL))
+    return Scene(contact, OIL, gaussian_pair(contact, RMS, 0.2), 30e-9, peklenik_number)
+
+
+def run_of(scene: Scene, per_half_width: float, **changes: object) -> TransientRun:
+    nodes = round(per_half_width * mesh_length(scene.contact, scene.contact.film_moes(scene.lubricant)))
+    settings = {"thermal": scene.thermal, "hardness": 8e9} | changes
+    given = scene.contact, scene.lubricant, scene.surfaces, nodes, scene.boundary_film, scene.peklenik_number
+    return make_run(*given, **settings)
+
+
+def test_the_tolerance_of_a_step_does_not_add_up() -> None:
+    # dropped residuals made this film 3 % too thick after 1000 steps, predictions left unsolved 0.01 %
+    films = {}
+    for tolerance in (1e-4, 2e-6):
+        run = run_of(scene_of(4.0), 400.0, tolerance=tolerance)
+        roll(run, 2.0)
+        films[tolerance] = roll(run, 1.0)[:, FILM_MEAN].reshape(10, -1).mean(axis=1)
+    np.testing.assert_allclose(films[1e-4], films[2e-6], rtol=1e-6)
+
+
+def test_mesh_reaches_as_far_as_asperities_touch() -> None:
+    scene = scene_of(0.02, 1.0)
+    scene = replace(scene, surfaces=gaussian_pair(scene.contact, 2.0 * RMS, 0.3))
+    inlet, outlet = rough_length(scene.contact, scene.contact.film_moes(OIL), 2.0 * RMS)
+    # where film and Hertz gap are three Rq: (x sqrt(x^2 - 1) - arcosh x) b^2/(2 R) = 2.4 um less the film
+    gap = outlet * math.sqrt(outlet**2 - 1.0) - math.acosh(outlet)
+    gap *= scene.contact.half_width**2 / (2.0 * scene.contact.radius_equivalent)
+    assert gap + scene.contact.film_moes(OIL) == pytest.approx(6.0 * RMS, rel=1e-3)
+    assert inlet == -2.5
+    run = run_of(scene, 50.0)
+    roll(run, 6.0)
+    _, profiles = run.advance(200)
+    loaded = profiles[0] + profiles[1]
+    assert loaded[run.problem.x > 1.2].sum() > 1e-3 * loaded.sum()
+    assert loaded[-4:].max() == 0.0
+    assert rough_length(scene.contact, scene.contact.film_moes(OIL), 0.0)[1] == pytest.approx(1.2)
+
+
+@pytest.mark.parametrize("slide_to_roll", [0.5, -0.8])
+def test_bulk_temperatures_of_both_bodies(monkeypatch: pytest.MonkeyPatch, slide_to_roll: float) -> None:
+    conducts_like_the_transient_solver(monkeypatch)
+    contact = line(5.0, slide_to_roll)
+    oil = replace(OIL, temperature=353.15, film_conductivity=FilmConductivity(c1=0.0, c2=0.0))
+    bulk = (383.15, 343.15)
+    steady = solve_smooth(contact, oil, (STEEL, STEEL), temperature_bulk=bulk, thermal="on")
+    assert steady.status == "converged"
+    rolling = (steady.heat.x, steady.heat.rolling_heat)
+    scene = Scene(contact, oil, RoughSurfaces(), thermal=True)
+    last = roll(run_of(scene, 100.0, temperature_bulk=bulk, rolling_heat=rolling), 7.1)[-1]
+    assert last[MU_FLUID] == pytest.approx(steady.friction_fluid, rel=5e-4)
+    assert last[TEMPERATURE_MAX] == pytest.approx(steady.temperature_film_max, abs=0.1)
+    assert oil.temperature + last[FLASH_MAX] == pytest.approx(steady.temperature_flash, abs=0.1)
+    # the warmer inlet thins the film
+    assert steady.film.film_central < 0.98 * steady.isothermal.film_central
+
+
+def test_rough_contact_takes_bulk_temperatures_and_kernel_from_its_input() -> None:
+    case = contact_case(
+        solid_1={"temperature_bulk": 373.15},
+        surface={"roughness_rms_1": 0.3e-6, "roughness_rms_2": 0.3e-6, "correlation_length": 60e-6},
+        model={"accuracy": "fast", "thermal": "on"},
+    )
+    assert case.bulk_temperatures() == (373.15, 353.15)
+    run = solve_mixed(case.problem(), SmoothFriction(), thermal=True)
+    settings = run.run.problem.settings
+    assert settings.temperature_bulk == (373.15, 353.15)
+    assert run.temperature_flash > 373.15

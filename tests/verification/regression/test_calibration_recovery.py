@@ -5,16 +5,15 @@ Statistics are run on a friction law of one line in place of the contact solver;
 
 import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from calibration_stub import OneLineSolver
+from calibration_stub import OneLineSolver, measured, setup_with
 from scipy.stats import binom
-from twins.synthetic_measurement import synthetic_measurement
 
 import regression.calibration.calibrate as calibrate_module
 from ehl.fluid.oil import Oil
@@ -23,8 +22,6 @@ from ehl.result import ContactResult
 from ehl.solve import solve_contact
 from regression.calibration import prediction
 from regression.calibration.calibrate import (
-    MAX_MISFIT,
-    NO_MODEL,
     Calibration,
     MisfitTooLarge,
     ParameterEstimate,
@@ -32,41 +29,25 @@ from regression.calibration.calibrate import (
     calibrate,
     solver_of,
 )
-from regression.calibration.measurement import Measurement
+from regression.calibration.measurement import SYNTHETIC, Measurement, read_measurement
 from regression.calibration.setup import CalibrationSetup
 
+Cli = Callable[..., Any]
 SIGMA = 8e-4
 TRUTH = {"eyring_stress": 4e6, "boundary_friction": 0.12, "boundary_film": 30e-9}
 
 
-def setup_of(parameters: list[str], **changes: object) -> CalibrationSetup:
-    content: dict[str, object] = {
-        "oil": "fva3",
-        "parameters": parameters,
-        "specimens": {"geometry": "line"},
-        "noise": {"absolute": SIGMA},
-        "model": {"accuracy": "fast"},
-        **changes,
-    }
-    return CalibrationSetup.model_validate(content)
+def setup_of(parameters: Sequence[str], **changes: object) -> CalibrationSetup:
+    return setup_with(parameters, **{"specimens": {"geometry": "line"}, "noise": {"absolute": SIGMA}} | changes)
 
 
 def planned(pressures: list[float], slides: list[float], speeds: list[float]) -> Measurement:
     """Traction curves at each pressure, and one Stribeck curve."""
     rows = [(p, 2.0, s, f"traction {p:.2g}") for p in pressures for s in slides]
-    rows += [(1e9, u, 0.5, "stribeck") for u in speeds]
-    n = len(rows)
-    columns = {
-        "pressure_hertz": np.array([row[0] for row in rows]),
-        "speed_entrainment": np.array([row[1] for row in rows]),
-        "slide_to_roll": np.array([row[2] for row in rows]),
-        "radius_equivalent": np.full(n, 0.01),
-        "temperature_oil": np.full(n, 353.15),
-        "roughness_rms": np.full(n, 1e-7),
-    }
-    nothing = np.full(n, math.nan)
-    labels, numbers = tuple(r[3] for r in rows), tuple(range(2, n + 2))
-    return Measurement("synthetic.csv", "0" * 64, columns, "pressure_hertz", nothing, nothing, labels, numbers)
+    pressure, speed, slide, curves = zip(*rows, *((1e9, u, 0.5, "stribeck") for u in speeds), strict=True)
+    varied = {"pressure_hertz": pressure, "speed_entrainment": speed, "slide_to_roll": slide}
+    fixed = {"radius_equivalent": 0.01, "temperature_oil": 353.15, "roughness_rms": 1e-7}
+    return measured("pressure_hertz", curves=curves, **varied, **fixed)
 
 
 ROWS = planned([0.7e9, 1.1e9], [0.005, 0.01, 0.05, 0.3], [0.03, 0.06, 0.12, 0.25, 0.5, 1.0])
@@ -157,7 +138,6 @@ def test_where_nothing_is_identifiable_the_card_has_a_wide_interval() -> None:
     assert limit.status == "weak"
     assert limit.interval_high > 3.0 * limit.interval_low
     record = found.card("wide").calibration
-    assert record is not None
     assert record.fitted["limiting_shear_coefficient"].interval_high == limit.interval_high
 
 
@@ -183,7 +163,7 @@ def test_wide_intervals_and_nothing_determined_beyond_a_credible_misfit(tmp_path
     for name in set(poor.fitted) & {"eyring_stress"}:
         sd = math.log(wide[name].interval_high / wide[name].interval_low) / 3.92
         assert card.uncertainty.eyring_stress == pytest.approx(max(sd, initial.uncertainty.eyring_stress), rel=1e-3)
-    hopeless = replace(poor, misfit=NO_MODEL * poor.misfit / poor.misfit_share * 1.01)
+    hopeless = replace(poor, misfit=calibrate_module.NO_MODEL * poor.misfit / poor.misfit_share * 1.01)
     with pytest.raises(MisfitTooLarge) as caught:
         hopeless.save_card(tmp_path / "hopeless.toml")
     assert caught.value.exit_code == 1
@@ -196,7 +176,7 @@ def test_without_a_stated_noise_the_misfit_is_judged_by_the_friction() -> None:
     setup = setup_of(list(TRUTH), noise={})
     clean = made(ROWS, setup, TRUTH, np.zeros(ROWS.size))
     draw = np.random.default_rng(8).standard_normal(ROWS.size)
-    for share, credible in ((0.3 * MAX_MISFIT, True), (3.0 * MAX_MISFIT, False)):
+    for share, credible in ((0.3 * calibrate_module.MAX_MISFIT, True), (3.0 * calibrate_module.MAX_MISFIT, False)):
         found = calibrate(replace(clean, friction=clean.friction * (1.0 + share * draw)), setup)
         assert found.misfit_credible is credible
     assert math.isnan(found.noise_stated)
@@ -244,7 +224,6 @@ def test_resolved_roughness_is_averaged_over_one_travel(monkeypatch: pytest.Monk
 
     def watched(*arguments: Any, **options: Any) -> ContactResult:
         result = solve_contact(*arguments, **options)
-        assert result.transient is not None
         travels.append(result.transient.travel)
         return result
 
@@ -279,16 +258,16 @@ thermal = "off"
 CONDITIONS = "speed_entrainment [m/s],slide_to_roll [%]\n2,0.5\n2,2\n2,10\n1,20\n0.2,20\n0.08,20\n"
 
 
-def test_the_contact_solver_gives_back_what_was_put_in(
-    mixed_ehl: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_solver_gives_back_what_was_put_in(mixed_ehl: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """From synthetic friction to values, figure and card, on the command line."""
     monkeypatch.chdir(tmp_path)
     Path("setup.toml").write_text(SETUP, encoding="utf-8")
     Path("conditions.csv").write_text(CONDITIONS, encoding="utf-8")
-    truth = {"eyring_stress": 8e6, "limiting_shear_coefficient": 0.04}
-    synthetic_measurement("conditions.csv", "setup.toml", "made.csv", true=truth, seed=3)
-    assert Path("made.csv").read_text(encoding="utf-8").startswith("# SYNTHETIC, no measurement")
+    truth, setup = {"eyring_stress": 8e6, "limiting_shear_coefficient": 0.04}, calibrate_module.setup_of("setup.toml")
+    rows = read_measurement(Path("conditions.csv"), setup.conditions.given(), friction=False)
+    friction = made(rows, setup, truth, 5e-4 * np.random.default_rng(3).standard_normal(rows.size)).friction
+    cells = zip(CONDITIONS.splitlines(), ["friction_coefficient", *map(str, friction)], strict=True)
+    Path("made.csv").write_text("\n".join([SYNTHETIC, *map(",".join, cells)]), encoding="utf-8")
     files = ["-o", "mine.toml", "--plot", "curves.png", "--json", "--jobs", "1"]
     outcome = mixed_ehl("calibrate", "made.csv", "--setup", "setup.toml", *files)
     assert outcome.code == 0
@@ -300,7 +279,6 @@ def test_the_contact_solver_gives_back_what_was_put_in(
         assert abs(math.log(estimate["value"] / truth[estimate["name"]])) < 4.0 * estimate["standard_error"]
     assert Path("curves.png").stat().st_size > 10_000
     card = Oil.load("mine.toml")
-    assert card.calibration is not None
     assert card.calibration.file == "made.csv (synthetic)"
     assert card.eyring_stress == result["parameters"][0]["value"]
     assert card.calibration.fitted["limiting_shear_coefficient"].value == result["parameters"][1]["value"]

@@ -24,6 +24,8 @@ from regression.sweeping.sweep import sweep_shard
 
 PLAN = 'name = "kill"\n[sampling]\nsize = SIZE\n' + GEAR_VARIABLES + '[model]\naccuracy = "fast"\nthermal = "off"\n'
 
+ARANA: dict[str, Any] = {"evaluate": partial(published_outputs, name="arana_2019"), "version": "arana_2019"}
+
 # says after every case how far it is, and waits for a moment so that the kill comes in mid-run
 CHILD = """
 import sys, time
@@ -49,7 +51,6 @@ def _kill_after(cases: int, plan: Path, run: Path, name: str, jobs: int) -> None
     """Kill a sweep in a process group of its own when it has done so many cases, and see its workers leave."""
     command = [sys.executable, "-c", CHILD, str(plan), str(run), name, str(jobs)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, start_new_session=True) as process:
-        assert process.stdout is not None
         for line in process.stdout:
             if int(line) >= cases:
                 process.kill()
@@ -71,73 +72,62 @@ def _plan(folder: Path, size: int) -> Path:
     return path
 
 
+def _is_whole(plan: Plan, run: Path, *families: str, **how: Any) -> None:
+    """A run has the data, and its formulas the bits, of one that was not stopped."""
+    sweep_shard(plan, run.with_name("whole"), **how)
+    found, whole = load_dataset(run), load_dataset(run.with_name("whole"))
+    assert found.data_hash == whole.data_hash
+    for family in families:
+        assert fit_formula(found, family).to_json() == fit_formula(whole, family).to_json()
+
+
 def test_killed_workers_and_all_resumed_is_bit_identical(tmp_path: Path) -> None:
-    path = _plan(tmp_path, 64)
-    name = "arana_2019"
-    _kill_after(24, path, tmp_path / "killed", name, 2)
-    assert 0 < run_status(tmp_path / "killed").finished < 64
-    evaluate = partial(published_outputs, name=name)
-    resumed = sweep_shard(Plan.from_file(path), tmp_path / "killed", evaluate=evaluate, version=name)
+    path, run = _plan(tmp_path, 64), tmp_path / "killed"
+    _kill_after(24, path, run, "arana_2019", 2)
+    assert 0 < run_status(run).finished < 64
+    resumed = sweep_shard(Plan.from_file(path), run, **ARANA)
     assert resumed.resumed >= 20
     assert resumed.resumed + resumed.converged == 64
-    sweep_shard(Plan.from_file(path), tmp_path / "whole", evaluate=evaluate, version=name)
-    killed, whole = load_dataset(tmp_path / "killed"), load_dataset(tmp_path / "whole")
-    assert killed.data_hash == whole.data_hash
-    for family in ("power_law", "short"):
-        assert fit_formula(killed, family).to_json() == fit_formula(whole, family).to_json()
+    _is_whole(Plan.from_file(path), run, "power_law", "short", **ARANA)
 
 
 def test_killed_solver_sweep_is_bit_identical(tmp_path: Path) -> None:
-    path = _plan(tmp_path, 32)
-    smooth = [line for line in path.read_text().splitlines() if not line.startswith("roughness_rms")]
-    path.write_text("\n".join(smooth))
-    _kill_after(9, path, tmp_path / "killed", "ehl", 1)
-    assert 0 < run_status(tmp_path / "killed").finished < 32
-    resumed = sweep_shard(Plan.from_file(path), tmp_path / "killed", evaluate=solve_outputs)
-    assert resumed.resumed >= 8
-    sweep_shard(Plan.from_file(path), tmp_path / "whole", evaluate=solve_outputs)
-    killed, whole = load_dataset(tmp_path / "killed"), load_dataset(tmp_path / "whole")
-    assert (killed.frame["status"] == "converged").all()
-    assert killed.data_hash == whole.data_hash
-    assert fit_formula(killed, "xu").to_json() == fit_formula(whole, "xu").to_json()
-
-
-def _formula(run: Path) -> str:
-    return fit_formula(load_dataset(run), "power_law").to_json()
+    path, run = _plan(tmp_path, 32), tmp_path / "killed"
+    path.write_text(path.read_text().replace("roughness_rms", "# roughness_rms"))
+    _kill_after(9, path, run, "ehl", 1)
+    assert 0 < run_status(run).finished < 32
+    assert sweep_shard(Plan.from_file(path), run, evaluate=solve_outputs).resumed >= 8
+    assert (load_dataset(run).frame["status"] == "converged").all()
+    _is_whole(Plan.from_file(path), run, "xu", evaluate=solve_outputs)
 
 
 def test_a_full_disk_stops_in_words_and_the_resumed_run_is_bit_identical(tmp_path: Path) -> None:
     """A limit on the size of files stands for the disk."""
-    plan = Plan.from_file(_plan(tmp_path, 256))
-    evaluate = partial(published_outputs, name="arana_2019")
+    plan, run = Plan.from_file(_plan(tmp_path, 256)), tmp_path / "full"
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, before[1]))
     try:
         with pytest.raises(InputError, match=r"disk that can be written\. .*Free some space and repeat"):
-            sweep_shard(plan, tmp_path / "full", evaluate=evaluate, version="arana_2019")
+            sweep_shard(plan, run, **ARANA)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
-    kept = run_status(tmp_path / "full").finished
+    kept = run_status(run).finished
     assert 0 < kept < 256
-    resumed = sweep_shard(plan, tmp_path / "full", evaluate=evaluate, version="arana_2019")
+    resumed = sweep_shard(plan, run, **ARANA)
     assert (resumed.resumed, resumed.converged) == (kept, 256 - kept)
-    sweep_shard(plan, tmp_path / "whole", evaluate=evaluate, version="arana_2019")
-    assert _formula(tmp_path / "full") == _formula(tmp_path / "whole")
+    _is_whole(plan, run, "power_law", **ARANA)
 
 
 def test_a_truncated_shard_is_resumed_bit_identically(tmp_path: Path) -> None:
-    plan = Plan.from_file(_plan(tmp_path, 128))
-    evaluate = partial(published_outputs, name="arana_2019")
-    for run in ("whole", "cut"):
-        sweep_shard(plan, tmp_path / run, evaluate=evaluate, version="arana_2019")
-    (path,) = (tmp_path / "cut").glob("*.jsonl")
+    plan, run = Plan.from_file(_plan(tmp_path, 128)), tmp_path / "cut"
+    sweep_shard(plan, run, **ARANA)
+    (path,) = run.glob("*.jsonl")
     os.truncate(path, int(0.9 * path.stat().st_size))
-    resumed = sweep_shard(plan, tmp_path / "cut", evaluate=evaluate, version="arana_2019")
+    resumed = sweep_shard(plan, run, **ARANA)
     assert (resumed.truncated, resumed.corrupt) == (1, 0)
     assert resumed.resumed == pytest.approx(0.9 * 128, abs=3)
     assert resumed.resumed + resumed.converged == 128
-    assert load_dataset(tmp_path / "cut").data_hash == load_dataset(tmp_path / "whole").data_hash
-    assert _formula(tmp_path / "cut") == _formula(tmp_path / "whole")
+    _is_whole(plan, run, "power_law", **ARANA)
 
 
 def test_two_sweeps_of_one_shard_at_once(tmp_path: Path, mixed_ehl: Callable[..., Any]) -> None:
@@ -146,7 +136,6 @@ def test_two_sweeps_of_one_shard_at_once(tmp_path: Path, mixed_ehl: Callable[...
     with subprocess.Popen(
         [sys.executable, "-c", CHILD, str(path), str(run), name, "1"], stdout=subprocess.PIPE, text=True
     ) as first:
-        assert first.stdout is not None
         first.stdout.readline()
         os.kill(first.pid, signal.SIGSTOP)
         second = mixed_ehl("sweep", path, "-o", run, "--with", name, "--jobs", "1")
@@ -161,12 +150,11 @@ def test_two_sweeps_of_one_shard_at_once(tmp_path: Path, mixed_ehl: Callable[...
 def test_a_sweep_that_is_running_is_read_and_fitted(tmp_path: Path) -> None:
     """Whatever the writer is at, what is read are whole rows of it."""
     path, run, name = _plan(tmp_path, 256), tmp_path / "running", "arana_2019"
-    sweep_shard(Plan.from_file(path), tmp_path / "whole", evaluate=partial(published_outputs, name=name), version=name)
+    sweep_shard(Plan.from_file(path), tmp_path / "whole", **ARANA)
     whole = load_dataset(tmp_path / "whole").frame.set_index("key")
     command = [sys.executable, "-c", CHILD, str(path), str(run), name, "1"]
     seen: list[int] = []
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
-        assert process.stdout is not None
         for line in process.stdout:
             if int(line) >= 64 and len(seen) < 6 and int(line) < 250:
                 dataset = load_dataset(run)

@@ -1,36 +1,26 @@
 """Does the fit find what is known to be in the data, and are its error bars right?"""
 
-from functools import partial
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy.stats import qmc
-from small_plans import gear_plan
+from small_plans import gear_plan, swept
 
-from ehl.common.validation import validate
 from ehl.fluid.oil import Oil
 from ehl.state import ContactState
-from regression.data.dataset import Dataset, load_dataset
+from regression.data.dataset import Dataset
 from regression.fitting.coefficients import linear_fit
 from regression.fitting.fit import fit_formula
 from regression.friction.conditions import conditions_of
 from regression.friction.families import XU
 from regression.friction.published import XU_COEFFICIENTS
-from regression.plan.plan import Plan
 from regression.plan.sampling import to_range
-from regression.sweeping.evaluators import published_outputs
-from regression.sweeping.sweep import sweep_shard
 
 PLAN = gear_plan("recovery", {"size": 128, "seed": 2}, roughness_rms={"low": "0.2 um", "high": "0.6 um"})
 
 
 @pytest.fixture(scope="module")
 def xu_data(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
-    run: Path = tmp_path_factory.mktemp("recovery")
-    evaluate = partial(published_outputs, name="xu_kahraman_2007")
-    sweep_shard(validate(Plan, PLAN), run, evaluate=evaluate, version="xu_kahraman_2007")
-    return load_dataset(run)
+    return swept(tmp_path_factory.mktemp("recovery"), PLAN, "xu_kahraman_2007")
 
 
 def _design() -> np.ndarray:
@@ -46,7 +36,6 @@ def _design() -> np.ndarray:
         roughness_rms_1=to_range(unit[:, 5], 0.1e-6, 0.6e-6, "linear"),
         roughness_rms_2=0.1e-6,
     )
-    assert XU.design is not None
     return XU.design(conditions_of(state, Oil.load("fva3")))
 
 
@@ -58,11 +47,6 @@ def test_published_coefficients_come_back_through_the_whole_pipeline(xu_data: Da
     assert formula.fit.largest < 1e-11
     assert formula.validation.largest < 1e-10
     assert formula.fit.r2_log == pytest.approx(1.0, abs=1e-14)
-
-
-def test_same_data_give_identical_bits(xu_data: Dataset) -> None:
-    assert fit_formula(xu_data, "xu").to_json() == fit_formula(xu_data, "xu").to_json()
-    assert fit_formula(xu_data, "short").to_json() == fit_formula(xu_data, "short").to_json()
 
 
 def test_standard_errors_agree_with_monte_carlo() -> None:
