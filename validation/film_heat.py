@@ -114,7 +114,7 @@ def film_of(result: Any) -> Film:
     walls = 0.5 * (heat.temperature_flash_1 + heat.temperature_flash_2)
     pressure, height = (np.interp(heat.x, result.film.x, of) for of in (result.film.pressure, result.film.film))
     oil = result.problem.lubricant
-    walls += heat.rolling_heat * height / (16.0 * oil.film_conductivity(pressure, oil.thermal_conductivity))
+    walls += heat.rolling_heat * height / (20.0 * oil.film_conductivity(pressure, oil.thermal_conductivity))
     rows = (np.interp(x, heat.x, of) for of in (pressure, height, walls, heat.shear_stress))
     return Film(x, *rows, oil, line.speed_sliding, line.speed_entrainment)
 

@@ -4,9 +4,9 @@
     python validation/shipped_formulas.py --fit        # from the data that are there
     python validation/shipped_formulas.py 75w90 --check  # tables alone
 
-The plans `gear`, `gear_mesh`, `gear_film`, `gear_fast`, `gear_uncertain`, `gear_noise` and
-`gear_paths` are solved for each oil, 4552 contacts or 40 minutes of processor time; results go to data/datasets and
-formulas to data/formulas. The last two check, the others are fitted.
+The plans `gear`, `gear_mesh`, `gear_film`, `gear_fast`, `gear_uncertain`, `gear_hot`, `gear_noise`, `gear_hot_noise` and
+`gear_paths` are solved for each oil, 4808 contacts or 40 minutes of processor time; results go to data/datasets and
+formulas to data/formulas. The last three check, the others are fitted.
 Without names all shipped oils are meant. A sweep is resumed from its folder in validation/out/sweeps; the fits take
 25 minutes of two cores.
 """
@@ -33,9 +33,10 @@ from regression.fitting.rows import checkable_rows, computed_friction, expected_
 from regression.friction.conditions import conditions_of
 
 OILS = ("75w90", "fva3", "eaxle", "80w90", "pao220", "pg_0_1")
-KINDS = ("", "_mesh", "_noise", "_paths", "_film", "_fast", "_uncertain")
-EVEN = ("", "_mesh", "_film", "_fast")  # spread evenly over their ranges
+KINDS = ("", "_mesh", "_noise", "_paths", "_film", "_fast", "_uncertain", "_hot", "_hot_noise")
+EVEN = ("", "_mesh", "_film", "_fast", "_hot")  # spread evenly over their ranges
 FITTED = (*EVEN, "_uncertain")
+CHECKS = {"_noise": "noise", "_hot_noise": "noise", "_paths": "paths"}  # never fitted, with their name in the tables
 PROFILES = {"_paths": 4}  # of each contact of a table, whose mean is the expected value; plans name their own
 DATA = Path("data")
 PAGE, MARKERS = Path("docs/friction_formula.md"), ("<!-- errors: begin -->", "<!-- errors: end -->")
@@ -44,7 +45,11 @@ PAIRS = (
 )  # fmt: skip
 SPEEDS = (100, 1500, 6000, 16_000, 20_000)  # of the pinion [rpm]
 SUFFIXES = {"python": ".py", "c": ".c", "fortran": ".f90", "matlab": ".m", "fmu": ".fmu"}
-BANDS = {"film_ratio": (0.0, 0.1, 0.5, 1.0, 2.0, np.inf), "peklenik_number": (0.0, 0.5, 1.0, 3.0, np.inf)}
+BANDS = {
+    "film_ratio": (0.0, 0.1, 0.5, 1.0, 2.0, np.inf),
+    "peklenik_number": (0.0, 0.5, 1.0, 3.0, np.inf),
+    "temperature_degC": (0.0, 60.0, 100.0, 140.0, np.inf),
+}
 
 
 def sweep(oil: str, jobs: int | None) -> None:
@@ -70,16 +75,17 @@ def sweep(oil: str, jobs: int | None) -> None:
 def fit(names: Sequence[str] = ("gear", *OILS)) -> None:
     """Fit the networks to the data of all oils (`gear`), tune them to each oil, and fit each oil's short form."""
     runs = {kind: [DATA / "datasets" / f"gear_{oil}{kind}.h5" for oil in OILS] for kind in KINDS}
+    noise = [*runs["_noise"], *runs["_hot_noise"]]
     for name in names:
         formula = regression.fit(
-            [run for kind in FITTED for run in runs[kind]], "network", noise=runs["_noise"], paths=runs["_paths"],
+            [run for kind in FITTED for run in runs[kind]], "network", noise=noise, paths=runs["_paths"],
             oil=None if name == "gear" else name,
         )  # fmt: skip
         save(formula, name)
     for number, oil in enumerate(OILS):
         # chosen contacts are rare ones, to which fifteen coefficients would give too much weight
         own = [runs[kind][number] for kind in EVEN]
-        checks = {"noise": runs["_noise"][number], "paths": runs["_paths"][number]}
+        checks = {"noise": [runs["_noise"][number], runs["_hot_noise"][number]], "paths": runs["_paths"][number]}
         save(regression.fit(own, "short", **checks), f"{oil}_short")
 
 
@@ -92,18 +98,18 @@ def save(formula: regression.Formula, name: str) -> None:
 def errors(oil: str) -> pd.DataFrame:
     """Every contact that was not fitted: error of the network and of the short form, and whether the interval holds it.
 
-    Columns formula ("network", "short"), oil, contacts ("noise", "paths"), film_ratio, error, covered, stated_error.
+    Columns formula ("network", "short"), oil, contacts ("noise", "paths"), bands, error, covered, stated_error.
     """
     found = []
     for family, name in (("network", oil), ("short", f"{oil}_short")):
         formula = regression.Formula.load(DATA / "formulas" / f"{name}.json")
-        for kind in ("_noise", "_paths"):
+        for kind, contacts in CHECKS.items():
             frame = checkable_rows(load_dataset(DATA / "datasets" / f"gear_{oil}{kind}.h5").frame)
             frame = expected_rows(frame)
             value, mu = formula.evaluate(columns(frame)), computed_friction(frame)
             part = {
-                "formula": family, "oil": oil, "contacts": kind[1:], "film_ratio": frame["film_ratio_formula"],
-                "peklenik_number": frame["peklenik_number"],
+                "formula": family, "oil": oil, "contacts": contacts, "film_ratio": frame["film_ratio_formula"],
+                "peklenik_number": frame["peklenik_number"], "temperature_degC": frame["temperature_oil"] - 273.15,
                 "error": value.mu / mu - 1.0, "covered": (value.lower <= mu) & (mu <= value.upper),
                 "stated_error": frame["friction_error"],
             }  # fmt: skip

@@ -24,6 +24,15 @@ EULER_GAMMA = 0.5772156649015329
 
 # polynomials in S of `rise_share`, fitted to the closed form within 0.3 % (this work)
 RISE_ABOVE, RISE_BELOW = (2.0 / 3.0, 0.16033, 0.08278, 0.02932), (1.0, 0.04341, 0.08346, 0.01466)
+# polynomials in S of `along_share` and `across_share`, fitted to closed form and quadrature within 0.07 % up to S = 300
+# (this work); slopes at 0 and limits are exact
+ALONG_ABOVE, ALONG_BELOW = (1.0, 0.12415, 0.061645, 0.04057), (1.0, 0.2574833, 0.13389, 0.0393, 0.0270467)
+ACROSS_ABOVE, ACROSS_BELOW = (1.0, 0.28137, -0.02415, 0.05596), (1.0, 0.5480367, 0.13343, 0.14579, -0.0108, 0.0226794)
+# rise at mid-film by the heat q of the pressure-driven flow over q h/(8 k), and its mean, over that at mid-film
+MID_FILM_BY_FLOW, MEAN_BY_FLOW = 0.5, 0.8
+# of `flow_heat_share`: slope and curvature at zero, and the heat at which the parabola turns
+FLOW_SLOPE, FLOW_BEND = -8.0 / 35.0, 0.1336
+FLOW_TURN = -0.5 * FLOW_SLOPE / FLOW_BEND
 VISCOSITY_POLE = 150.0  # K: temperature at which most laws would have a pole of ln(eta)
 LOG_STRESS_MIN = -300.0
 MOST_LOSS = 0.2  # per kelvin, of the slope of ln(eta) in temperature
@@ -42,6 +51,44 @@ def rise_share(heat):
     (a, b, c, d), (e, f, g, k) = RISE_ABOVE, RISE_BELOW
     s = max(heat, 0.0)
     return (a + s * (b + s * (c + s * d))) / (e + s * (f + s * (g + s * k)))
+
+
+@njit(**INTERNAL_KERNEL)
+def along_share(heat):
+    """Share A of the mobility along the sliding, (3/(2 S)) (1 - 2a/sinh 2a), with S as in `rise_share`.
+
+    The heat of the shear changes the mobility of the film. With m and m' the mobilities along and across the sliding
+    at the film temperature, they are A m + (A - B) m' and B m', B of `across_share`. Across the sliding the flow sees
+    the fluidity with the weight 12 (y/h)^2, and the film is colder near the walls (Dowson 1962). Along the sliding the
+    pressure gradient also moves the heat towards the wall with the larger stress. This odd part of the temperature
+    cancels the former for a Newtonian film and little heat: 2A - B = 1 + O(S^2) (this work).
+    """
+    (a, b, c, d), (e, f, g, k, m) = ALONG_ABOVE, ALONG_BELOW
+    s = max(heat, 0.0)
+    return (a + s * (b + s * (c + s * d))) / (e + s * (f + s * (g + s * (k + s * m))))
+
+
+@njit(**INTERNAL_KERNEL)
+def across_share(heat):
+    """Share B of the mobility across the sliding: mean of 12 (y/h)^2 with the weight 1/eta(y), see `along_share`.
+
+    It is 1 - 4 S/15 for little heat, as the flow sees 2/5 and the shear 2/3 of the rise at mid-film.
+    """
+    (a, b, c, d), (e, f, g, k, m, n) = ACROSS_ABOVE, ACROSS_BELOW
+    s = max(heat, 0.0)
+    return (a + s * (b + s * (c + s * d))) / (e + s * (f + s * (g + s * (k + s * (m + s * n)))))
+
+
+@njit(**INTERNAL_KERNEL)
+def flow_heat_share(heat):
+    """ln of the share of both mobilities by the heat of the pressure-driven flow; ``heat`` R = beta q h/(16 k).
+
+    The heat grows as y^2 from mid-film, so the rise is a quartic: its mean is 4/5 of q h/(16 k), and with the weight
+    12 (y/h)^2 of the flow it is 4/7. The film temperature contains the former. The term in R^2 is that of an
+    exponential viscosity, whose heat moves towards mid-film (this work; within 0.005 up to R = 0.5).
+    """
+    r = min(heat, FLOW_TURN)
+    return r * (FLOW_SLOPE + FLOW_BEND * r)
 
 
 @njit(**INTERNAL_KERNEL)
@@ -432,7 +479,7 @@ def prepare(walls, film, weights, resistance, work):
     nodes = film.nodes
     for i in range(resistance.size):
         nodes[SOURCE, i] = nodes[SOURCE, i] if nodes[PRESSURE, i] > 0.0 else 0.0
-        nodes[RAISED, i] = 0.5 * resistance[i] * nodes[SOURCE, i]
+        nodes[RAISED, i] = MEAN_BY_FLOW * MID_FILM_BY_FLOW * resistance[i] * nodes[SOURCE, i]
         alone = weights[i] * (walls.matrix_1[i, i] + walls.matrix_2[i, i]) + resistance[i]
         bounded = min(work[EVEN, i], MOST_RISE / max(film.speed * alone, 1e-300))
         work[EVEN, i] = film.speed * resistance[i] * bounded

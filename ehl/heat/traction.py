@@ -34,7 +34,9 @@ class ThermalTraction:
     # into each body [W/m2]
     heat_flux_1: FloatArray
     heat_flux_2: FloatArray
-    log_viscosity_offset: FloatArray  # ln eta(p, T_film) - ln eta(p, T_inlet), for the Reynolds equation [-]
+    # for the Reynolds equation: ln eta(p, T_film) - ln eta(p, T_inlet), and ln of `flow_shares`; shape (2, n) [-]
+    log_viscosity_offset: FloatArray
+    log_flow_shares: FloatArray
     rolling_heat: FloatArray  # heat of the pressure-driven flow [W/m2]
     temperature_rise_rolling: FloatArray  # its part of the film temperature, rise of the surfaces included [K]
     friction_fluid: float  # integral of the shear stress over the load per length [-]
@@ -97,7 +99,9 @@ class FilmTemperature:
     stress: FloatArray  # shear stress [Pa]
     model: Film  # at the temperatures found
     walls: FloatArray  # mean surface temperature [K]
-    log_viscosity_offset: FloatArray  # as in `ThermalTraction`
+    # as in `ThermalTraction`
+    log_viscosity_offset: FloatArray
+    log_flow_shares: FloatArray
     bulk: tuple[float, float]  # [K]
     conducted: Conducted
     iterations: int
@@ -114,7 +118,24 @@ class FilmTemperature:
         return np.asarray(self.model.nodes[_kernels.SOURCE])
 
 
-RISE = (_kernels.RISE_ABOVE, _kernels.RISE_BELOW)  # polynomials of `ehl.heat._kernels.effective_rise`
+# polynomials of `ehl.heat._kernels.effective_rise`, and of `along_share` and `across_share` there
+RISE = (_kernels.RISE_ABOVE, _kernels.RISE_BELOW)
+SHARES = ((_kernels.ALONG_ABOVE, _kernels.ALONG_BELOW), (_kernels.ACROSS_ABOVE, _kernels.ACROSS_BELOW))
+
+
+def flow_shares(decay: FloatArray, even: FloatArray, rolling: FloatArray) -> FloatArray:
+    """Shares of the mobilities along and across the sliding by the temperatures across the film; shape (2, n).
+
+    `ehl.heat._kernels.along_share` and `across_share` by the heat of the shear, both times `flow_heat_share` there.
+
+    decay: -d ln eta/dT at the film temperature [1/K].
+    even, rolling: q h/(8 k_f) by the heat of the shear and of the flow [K].
+    """
+    heat = np.maximum(decay * even, 0.0)
+    middle = np.minimum(_kernels.MID_FILM_BY_FLOW * decay * rolling, _kernels.FLOW_TURN)
+    by_flow = np.exp(middle * (_kernels.FLOW_SLOPE + _kernels.FLOW_BEND * middle))
+    both = [np.polyval(above[::-1], heat) / np.polyval(below[::-1], heat) for above, below in SHARES]
+    return np.asarray(by_flow * np.array(both))
 
 
 def _fill_viscosity(nodes: FloatArray, law: PressureLaw, log_inlet: float, numbers: FloatArray) -> None:
@@ -157,7 +178,7 @@ def film_temperature(
     bulk: bulk temperatures [K].
     matrices (n, n): `surface_matrices` of the nodes. Cost grows as n^3: a few hundred nodes suffice.
     rolling_heat: heat of the pressure-driven flow, u_r (h - h*) dp/dx with h* = flow/density [W/m2]. Its source is near
-        the walls, so that the mid-layer rise is q h/(16 k_f).
+        the walls: the rise is a quartic with q h/(16 k_f) at mid-film and the mean q h/(20 k_f).
     guess: initial stress and mean surface temperature.
     tolerance: on ln tau.
     """
@@ -187,10 +208,12 @@ def film_temperature(
         elif end < _kernels.EXACT:
             _fill_viscosity(nodes, law, log_inlet, numbers)
     change = nodes[_kernels.LOG_ETA] - log_inlet - law.log_ratio(pressure)
+    even = np.where(pressure > 0.0, work[_kernels.EVEN], 0.0)
+    shares = flow_shares(-nodes[_kernels.BY_TEMPERATURE], even, resistance * nodes[_kernels.SOURCE])
     stress = np.where((pressure > 0.0) & (speed > 0.0), np.exp(work[_kernels.LOG_STRESS]), 0.0)
     return FilmTemperature(
-        pressure, film, stress, model, work[_kernels.SURFACE], change, bulk, conducted, int(progress[1]),
-        end == _kernels.BALANCED,
+        pressure, film, stress, model, work[_kernels.SURFACE], change, np.log(shares), bulk, conducted,
+        int(progress[1]), end == _kernels.BALANCED,
     )  # fmt: skip
 
 
@@ -226,8 +249,9 @@ def traction_of(
         heat_flux_1=flux_1,
         heat_flux_2=flux_2,
         log_viscosity_offset=found.log_viscosity_offset,
+        log_flow_shares=found.log_flow_shares,
         rolling_heat=rolling,
-        temperature_rise_rolling=0.5 * (sum(rolling_rises) + found.conducted.resistance * rolling),
+        temperature_rise_rolling=0.5 * sum(rolling_rises) + found.model.nodes[_kernels.RAISED],
         friction_fluid=friction / contact.load_per_length,
         temperature_film_max=float(temperature.max()),
         temperature_flash=float(max(surface_1.max(), surface_2.max())),

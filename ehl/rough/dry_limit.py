@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import stdtrit
 
 from ehl.common.arrays import FloatArray
 from ehl.heat.conduction import surface_matrices
@@ -18,7 +19,6 @@ from ehl.inputs import ContactProblem
 from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.rough import RoughSurfaces
-from ehl.rough.averaging import ONE_DRAW
 from ehl.rough.dry import DryContactResult, solve_dry, uniform_grid
 from ehl.rough.mixed import rough_surfaces
 from ehl.rough.surfaces import sample_ring
@@ -93,13 +93,14 @@ def dry_limit(problem: ContactProblem, film: float, friction_film: float) -> Dry
         return None
     middle = [float(r.gap[np.abs(r.x) < 0.3 * contact.half_width].clip(0.0).mean()) for r in done]
     mean = boundary + float(np.mean(middle))
+    sampling = float(stdtrit(len(middle) - 1, 0.95)) * float(np.std(middle, ddof=1)) / math.sqrt(len(middle))
     return DryLimit(
         film_ratio=film / surfaces.rms,
         boundary_film=boundary,
         film_mean=mean,
         pressure_max=float(np.mean([r.pressure_max for r in done])),
         friction_error=error,
-        film_error=ONE_DRAW * float(np.std(middle, ddof=1)) / math.sqrt(len(middle)) / mean + film / mean,
+        film_error=sampling / mean + film / mean,
         contact=done[-1],
         note=f"negligible, {film * 1e9:.2g} nm against a boundary film of {boundary * 1e9:.2g} nm; carries at most "
         f"{100.0 * deficit:.2g} % of the load",

@@ -262,11 +262,12 @@ class MeshLevels:
     def _interval(self) -> tuple[float, float]:
         """Interval with the covariance of mu and the first difference, which come from the same travel."""
         if self.even:
-            last = self.differences(len(self.windows) - 1)
-            width = interval_of_means(last)
+            common, last = self.fine.numbers, (EXTRAPOLATED - 1.0) * self.differences(len(self.windows) - 1)
+            pieces = self.windows[-2].pieces(common, 0.5 * self.plan.batch)
+            width = interval_of_means(self.fine.parts(common, pieces) + last)
             if not math.isfinite(width):  # too few parts: one draw as in `Window.interval`
-                width = ONE_DRAW * float(np.std(last))
-            return self.friction(), math.hypot(self.fine.interval()[1], (EXTRAPOLATED - 1.0) * width)
+                width = math.hypot(self.fine.interval()[1], ONE_DRAW * float(np.std(last)))
+            return self.friction(), width
         widths = self.half_widths()
         total = sum(width**2 for width in widths)
         finer, coarser = self.windows[1], self.windows[0]

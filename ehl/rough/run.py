@@ -49,9 +49,9 @@ def _rows(n: int) -> Iterator[FloatArray]:
 
 
 def _step_arrays(n: int) -> Step:
-    gap, upstream_mass, weight, thermal = islice(_rows(n), 4)
-    weight[:] = 1.0
-    return Step(gap, upstream_mass, weight, thermal)
+    step = Step(*islice(_rows(n), len(Step._fields)))
+    step.weight[:] = step.along_share[:] = step.across_share[:] = 1.0
+    return step
 
 
 def _work_arrays(n: int) -> Work:
@@ -119,6 +119,8 @@ class TransientRun:
             mass_old=mass.copy(),
             temperature=np.full(n, model.fluid.temperature + 0.5 * (model.heat.bulk_1 + model.heat.bulk_2)),
             rise_share=np.full(n, RISE_ABOVE[0]),
+            along_share=np.ones(n),
+            across_share=np.ones(n),
             surface_temperature=np.zeros((2, n)),
             flux_into=np.zeros((2, n)),
             memory=np.zeros((2, modes, n + 3)),
@@ -190,7 +192,8 @@ class TransientRun:
             target[:] = np.interp(x, x_other, source)
 
         ratio = other.problem.units.film / self.problem.units.film
-        for name in ("fluid_pressure", "contact_pressure", "mean_pressure", "temperature", "rise_share"):
+        pressures = "fluid_pressure", "contact_pressure", "mean_pressure"
+        for name in (*pressures, "temperature", "rise_share", "along_share", "across_share"):
             take(getattr(self.state, name), getattr(other.state, name))
         for name in ("film", "mass"):
             take(getattr(self.state, name), ratio * getattr(other.state, name))

@@ -24,8 +24,8 @@ HALF_PI = 0.5 * math.pi
 KEPT_MATRIX = 0.25  # a correction below this share of the one before: the matrix serves once more
 LEAST_FACTOR = 1e-3  # of the damping
 
-# rows of the state at the nodes; the last: df/d ln eta, then times the slope of the offset
-X, KERNEL_PRESSURE, FILM, RHO, RHO_P, LOG_ETA, F, F_P, F_H, F_X, ROWS = range(11)
+# rows of the state at the nodes; the last: df/d ln eta, then df/dx by the heat, and mobilities along and across sliding
+X, KERNEL_PRESSURE, FILM, RHO, RHO_P, LOG_ETA, F, F_P, F_H, F_X, ALONG, ACROSS, ROWS = range(13)
 # what became of an iteration
 CONVERGED, INFEASIBLE, SINGULAR, EXHAUSTED, LIMIT = range(5)
 
@@ -50,8 +50,8 @@ class Groups(NamedTuple):
     cross: float
     stiffness: float
     shear: ShearNumbers
-    offset_x: np.ndarray  # nodes of what is added to ln(eta/eta0); none where nothing is
-    offset: np.ndarray
+    offset_x: np.ndarray  # nodes of the effects of heat; none without heat
+    offset: np.ndarray  # (3, n): added to ln(eta/eta0), and ln of the shares of the mobilities along and across sliding
 
 
 @njit(**FAST_INTERNAL_KERNEL)
@@ -169,22 +169,24 @@ def sharpest(x, pressure, least, start, stop):
 
 
 @njit(**INTERNAL_KERNEL)
-def _mobility(log_eta, h, gamma, cross):
-    """Film mobility f = S-factor/eta with its derivatives in ln(eta) and h.
+def _mobility(log_eta, h, gamma, first, second):
+    """Film mobility f = S-factor/eta with its derivatives in ln(eta) and h, and the mobilities f consists of.
 
-    Along the sliding vector cosh(S)/eta = hypot(1/eta, gamma/h); across it sinh(S)/(S eta) = (gamma/h)/S.
-    ``cross`` is the squared cosine of the angle between sliding vector and x.
+    ``first`` times that along the sliding vector, cosh(S)/eta = hypot(1/eta, gamma/h), and ``second`` times that across
+    it, sinh(S)/(S eta) = (gamma/h)/S.
     """
     fluidity = math.exp(-log_eta)
     if gamma == 0.0:
-        return fluidity, -fluidity, 0.0
+        f = (first + second) * fluidity
+        return f, -f, 0.0, fluidity, fluidity
     rate = gamma / h
     along = math.sqrt(fluidity * fluidity + rate * rate)
     s = rate / fluidity
-    f = cross * along
-    f_eta = -cross * fluidity * fluidity / along
-    f_h = -cross * rate * rate / (along * h)
-    if cross < 1.0:
+    f = first * along
+    f_eta = -first * fluidity * fluidity / along
+    f_h = -first * rate * rate / (along * h)
+    across = 0.0
+    if second != 0.0:
         if s < 1e-2:
             s2 = s * s
             ratio = 1.0 + s2 * (1.0 / 6.0 - s2 * 17.0 / 360.0)
@@ -193,10 +195,11 @@ def _mobility(log_eta, h, gamma, cross):
             angle = math.asinh(s) if s < 1e100 else math.log(2.0) + math.log(s)
             ratio = s / angle
             slope = ratio * (1.0 - ratio * fluidity / along)
-        f += (1.0 - cross) * fluidity * ratio
-        f_eta += (1.0 - cross) * fluidity * (slope - ratio)
-        f_h -= (1.0 - cross) * fluidity * slope / h
-    return f, f_eta, f_h
+        across = fluidity * ratio
+        f += second * across
+        f_eta += second * fluidity * (slope - ratio)
+        f_h -= second * fluidity * slope / h
+    return f, f_eta, f_h, along, across
 
 
 @njit(**INTERNAL_KERNEL)
@@ -211,13 +214,13 @@ def _log_mean(u, v):
 
 
 @kernel(**KERNEL)
-def nodal_state(groups, p, h, offset, e):
-    """Density, ln(eta/eta0), mobility and their slopes at the nodes: rows RHO to F_X of ``e``.
+def nodal_state(groups, p, h, offset, first, second, e):
+    """Density, ln(eta/eta0), mobility and their slopes at the nodes: rows RHO to ACROSS of ``e``.
 
-    ln(eta/eta0) of the table is multiplied by the stiffness and raised by ``offset``.
+    ln(eta/eta0) of the table is multiplied by the stiffness and raised by ``offset``. The mobility is the sum of those
+    along and across the sliding with the weights ``first`` and ``second``.
     """
     gamma = groups.gamma
-    cross = groups.cross
     shear = groups.shear
     short = shear.plain or gamma == 0.0 or (shear.kind == EYRING and not shear.smooth)
     for i in range(p.size):
@@ -232,15 +235,25 @@ def nodal_state(groups, p, h, offset, e):
         if short:
             # f depends on gamma/(h scale): a change of the stress scale acts like one of the film
             scale, scale_p = stress_scale(p[i], shear)
-            e[F, i], e[F_X, i], e[F_H, i] = _mobility(value, h[i], gamma / scale, cross)
+            e[F, i], e[F_X, i], e[F_H, i], e[ALONG, i], e[ACROSS, i] = _mobility(
+                value, h[i], gamma / scale, first[i], second[i]
+            )
             e[F_P, i] = e[F_X, i] * slope + e[F_H, i] * h[i] * scale_p
         else:
-            log_f, by_eta, by_film, by_pressure = log_mobility(value, gamma, h[i], p[i], cross, shear)
-            f = math.exp(log_f)
-            e[F, i] = f
-            e[F_H, i] = f * by_film / h[i]
-            e[F_X, i] = f * by_eta
-            e[F_P, i] = e[F_X, i] * slope + f * by_pressure
+            for row in (F, F_H, F_X, F_P, ALONG, ACROSS):
+                e[row, i] = 0.0
+            for across in range(2):
+                weight = second[i] if across else first[i]
+                if weight == 0.0:
+                    continue
+                log_f, by_eta, by_film, by_pressure = log_mobility(value, gamma, h[i], p[i], 1.0 - across, shear)
+                one = math.exp(log_f)
+                f = weight * one
+                e[ACROSS if across else ALONG, i] = one
+                e[F, i] += f
+                e[F_H, i] += f * by_film / h[i]
+                e[F_X, i] += f * by_eta
+                e[F_P, i] += f * (by_eta * slope + by_pressure)
 
 
 @kernel(**KERNEL)
@@ -518,14 +531,22 @@ def evaluate(mesh, groups, upstream, u, e, out):
         h[i] = h00 + 0.5 * x[i] * x[i] - stretch / math.pi * e[KERNEL_PRESSURE, i]
         if not h[i] > 0.0:
             return False
-    offset = np.zeros(n)
-    slope = offset
-    if groups.offset.size > 0:
-        offset, slope = monotone_cubic(groups.offset_x, groups.offset, x)
-    nodal_state(groups, p, h, offset, e)
+    heat, slopes = np.zeros((3, n)), np.zeros((3, n))
+    for row in range(3 if groups.offset.size > 0 else 0):
+        values, by_x = monotone_cubic(groups.offset_x, groups.offset[row], x)
+        heat[row], slopes[row] = values, by_x
+    # weights of the mobilities along and across the sliding (`ehl.heat._kernels.along_share`), and their slopes in x
+    first, second, first_slope, second_slope = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
+    cross = groups.cross
+    for i in range(n):
+        along, across = math.exp(heat[1, i]), math.exp(heat[2, i])
+        first[i], second[i] = cross * along, cross * (along - across) + (1.0 - cross) * across
+        along, across = along * slopes[1, i], across * slopes[2, i]
+        first_slope[i], second_slope[i] = cross * along, cross * (along - across) + (1.0 - cross) * across
+    nodal_state(groups, p, h, heat[0], first, second, e)
     load = 0.0
     for i in range(n):
-        e[F_X, i] *= slope[i]
+        e[F_X, i] = e[F_X, i] * slopes[0, i] + first_slope[i] * e[ALONG, i] + second_slope[i] * e[ACROSS, i]
         load += mesh.weights[i] * p[i]
         if not e[RHO, i] > 0.0:
             return False
@@ -543,7 +564,7 @@ def tail(x_in, groups):
     """Pressure at the first node and load upstream of it: dP/dx = 4 lam eta/x^4 of the open parabolic inlet."""
     lam, distance = groups.lam, abs(x_in)
     if groups.offset.size > 0:
-        lam *= math.exp(monotone_cubic(groups.offset_x, groups.offset, np.array([x_in]))[0][0])
+        lam *= math.exp(monotone_cubic(groups.offset_x, groups.offset[0], np.array([x_in]))[0][0])
     return 4.0 * lam / (3.0 * distance * distance * distance), 2.0 * lam / (3.0 * distance * distance)
 
 

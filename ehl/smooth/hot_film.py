@@ -1,7 +1,7 @@
 """Thermal film of a smooth contact on successive grids: fixed-point iteration of film and heat balance.
 
-Each round computes the temperatures of the film, the change of ln(viscosity) at the nodes with Anderson mixing, and the
-film with this change. A finer grid starts from the results of the coarser ones.
+Each round computes the temperatures of the film, their effects on viscosity and mobility at the nodes with Anderson
+mixing, and the film with these effects. A finer grid starts from the results of the coarser ones.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ class HeatModel:
 
 
 class Mixer:
-    """Anderson mixing of the change of ln(viscosity) along x/b, on fixed nodes.
+    """Anderson mixing of the effects of heat along x/b, on fixed nodes.
 
     Walker & Ni (2011), SIAM J. Numer. Anal. 49, 1715, with relaxation. Secants of earlier rounds are interpolated to
     other nodes.
@@ -107,16 +107,16 @@ class Mixer:
 
     def on_nodes(self, x: FloatArray, *, finer: bool = False) -> Mixer:
         """The same on other nodes; on finer ones the first residual may exceed the last one."""
-        moved, old = Mixer(Offset(x, self.used.at(x)[0])), self.used.x
+        moved, old = Mixer(self.used.moved(x)), self.used.x
         moved.relaxation, moved._norm = self.relaxation, math.inf if finer else self._norm
-        moved._secants = [(np.interp(x, old, a), np.interp(x, old, b)) for a, b in self._secants]
+        moved._secants = [(_rows_at(x, old, a), _rows_at(x, old, b)) for a, b in self._secants]
         return moved
 
     def follow(self, found: Offset) -> None:
         """Compute the next offset from the result of the last one."""
-        used = self.used.values
-        residual = found.at(self.used.x)[0] - used
-        norm = math.sqrt(float(residual @ residual) / residual.size)
+        used = self.used.rows
+        residual = found.moved(self.used.x).rows - used
+        norm = math.sqrt(float(np.vdot(residual, residual)) / self.used.x.size)
         if norm > self._norm:
             self.relaxation, self._secants = max(SHORTER * self.relaxation, SHORTEST), []
         elif self._before is not None:
@@ -127,16 +127,16 @@ class Mixer:
         self._before, self._norm, self.part = (used, residual), norm, 1.0
         mixed = used + self.relaxation * residual
         if self._secants:
-            steps, changes = (np.array(part).T for part in zip(*self._secants, strict=True))
-            share = dgelss(changes, residual, cond=1e-6)[1][: len(self._secants)]
-            mixed -= (steps + self.relaxation * changes) @ share
+            steps, changes = (np.array(part).reshape(-1, used.size).T for part in zip(*self._secants, strict=True))
+            share = dgelss(changes, residual.ravel(), cond=1e-6)[1][: len(self._secants)]
+            mixed -= ((steps + self.relaxation * changes) @ share).reshape(used.shape)
         self.used = Offset(self.used.x, mixed)
 
     def halve(self) -> None:
         """Halve the last step after a failed film solution."""
         assert self._before is not None
         self.part *= 0.5
-        self.used = Offset(self.used.x, 0.5 * (self.used.values + self._before[0]))
+        self.used = Offset(self.used.x, 0.5 * (self.used.rows + self._before[0]))
 
 
 class HotFilm:
@@ -160,8 +160,8 @@ class HotFilm:
         self.extrapolated = 0.0
         self.rounds = self.iterations = 0
         self.x: FloatArray = np.zeros(0)
-        self._mixer = Mixer(Offset(self.x, self.x))
-        # change of the offset between the last two grids
+        self._mixer = Mixer(Offset.of(self.x, self.x))
+        # change of the effects of heat between the last two grids
         self._trend: tuple[FloatArray, FloatArray] | None = None
         self._grids = 0
         self._level: Level | None = None  # that of the last grid
@@ -175,7 +175,7 @@ class HotFilm:
             grid = NodeGrid.of(grid.grading, grid.nodes)
             start = transfer(cold, grid)
         x = _nodes(grid, start)
-        mixer = Mixer(Offset(x, np.zeros(x.size))) if guess is None else Mixer(guess).on_nodes(x)
+        mixer = Mixer(Offset.of(x, np.zeros(x.size)) if guess is None else guess.moved(x))
         try:
             level = self._film(grid, mixer, start)
         except NewtonFailure:
@@ -194,8 +194,8 @@ class HotFilm:
         mixer = self._mixer.on_nodes(x, finer=True)
         expected = mixer.used
         if self._trend is not None and self._grids >= 2:
-            trend = 0.25 * np.interp(x, *self._trend)
-            mixer.used = Offset(x, expected.values + trend)
+            trend = 0.25 * _rows_at(x, *self._trend)
+            mixer.used = Offset(x, expected.rows + trend)
             self.extrapolated = EXTRAPOLATION_ERROR * float(np.abs(trend).max())
             if self.extrapolated <= EXTRAPOLATED * self.tolerance:
                 self._trend, self._grids = None, 0
@@ -204,7 +204,7 @@ class HotFilm:
         self.extrapolated = 0.0
         grids, self._grids = self._grids, 0
         level = self._settled(self._film(grid, mixer, guess), mixer, self.tolerance)
-        self._trend, self._grids = (x, self._mixer.used.values - expected.values), grids + 1
+        self._trend, self._grids = (x, self._mixer.used.rows - expected.rows), grids + 1
         return replace(level, iterations=self.iterations - spent)
 
     def _settled(self, level: Level, mixer: Mixer, tolerance: float, regraded: bool = False) -> Level:
@@ -217,12 +217,13 @@ class HotFilm:
         for _ in range(MAX_ROUNDS):
             self.rounds += 1
             found = self.model.balance(level, self._matrices_of(level), guess, self._heat_tolerance)
-            if not np.isfinite(found.log_viscosity_offset).all():
+            effects = Offset.of(level.x, found.log_viscosity_offset, found.log_flow_shares)
+            if not np.isfinite(effects.rows).all():
                 raise NewtonFailure("not_finite", 0)
             if not found.converged:
                 raise NewtonFailure("no_thermal_balance", 0)
             guess = found.stress, found.walls
-            mixer.follow(Offset(level.x, found.log_viscosity_offset))
+            mixer.follow(effects)
             heated = level.x
             try:
                 level = self._next_film(level, mixer)
@@ -297,6 +298,11 @@ class HotFilm:
         matrices = self.model.matrices(level)
         self._matrices = level.grid, stretch, matrices
         return matrices
+
+
+def _rows_at(points: FloatArray, x: FloatArray, rows: FloatArray) -> FloatArray:
+    """Rows over x, interpolated linearly."""
+    return np.array([np.interp(points, x, row) for row in rows])
 
 
 def _nodes(grid: NodeGrid, unknowns: Unknowns) -> FloatArray:

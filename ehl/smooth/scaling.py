@@ -21,18 +21,25 @@ ROUNDING = 3e-3
 
 @dataclass(frozen=True)
 class Offset:
-    """A curve over x/b, monotone between its nodes and constant beyond them."""
+    """Effects of heat on the film over x/b, monotone between the nodes and constant beyond them.
+
+    rows: change of ln(viscosity), and ln of `ehl.heat.traction.flow_shares`; shape (3, n).
+    """
 
     x: FloatArray
-    values: FloatArray
+    rows: FloatArray
 
-    def at(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Values and slopes at increasing points."""
-        values, slopes = monotone_cubic(self.x, self.values, points)
-        return np.asarray(values), np.asarray(slopes)
+    @classmethod
+    def of(cls, x: FloatArray, change: FloatArray, shares: FloatArray | None = None) -> Offset:
+        """From a change of ln(viscosity); without ln of the shares they are 1."""
+        return cls(x, np.vstack([change, np.zeros((2, x.size)) if shares is None else shares]))
+
+    def moved(self, points: FloatArray) -> Offset:
+        """The same at other, increasing points."""
+        return Offset(points, np.array([monotone_cubic(self.x, row, points)[0] for row in self.rows]))
 
 
-_NO_OFFSET = Offset(np.zeros(0), np.zeros(0))
+_NO_OFFSET = Offset(np.zeros(0), np.zeros((3, 0)))
 
 
 @dataclass(frozen=True)
@@ -45,7 +52,7 @@ class ScaledContact:
     cross: float  # cos^2 of the angle between sliding and x
     log_viscosity: float  # ln(eta/eta0) at p_h
     stiffness: float = 1.0  # factor on ln(eta/eta0); differs from 1 during continuation only
-    offset: Offset | None = None  # added to ln(eta/eta0) along x because of the film temperature
+    offset: Offset | None = None  # effects of heat along x
     shear: ShearNumbers = PLAIN  # the shear law; pressures in p_h, stresses in the reference stress of gamma
     # shear number that widens the spike of a Newtonian fluid for the mesh and hardly changes the film
     rounding: float = 0.0
@@ -54,7 +61,7 @@ class ScaledContact:
     def groups(self) -> Groups:
         """Groups for the compiled kernels."""
         offset = self.offset or _NO_OFFSET
-        return Groups(self.lam, self.table, self.gamma, self.cross, self.stiffness, self.shear, offset.x, offset.values)
+        return Groups(self.lam, self.table, self.gamma, self.cross, self.stiffness, self.shear, offset.x, offset.rows)
 
     @property
     def moes_load(self) -> float:

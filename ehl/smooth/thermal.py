@@ -79,7 +79,7 @@ def solve_smooth(
 ) -> SmoothFilm:
     """Solve the smooth, steady contact with the heat of sliding and of the pressure-driven flow.
 
-    The viscosity in the Reynolds equation depends on the film temperature everywhere, inlet included.
+    The mobility in the Reynolds equation depends on the temperatures across the film everywhere, inlet included.
 
     contact, lubricant, bodies, temperature_bulk: as in `ehl.heat.traction.film_temperature`.
     thermal: "auto" neglects heat if `estimate_thermal_effect` is below its threshold.
@@ -111,7 +111,8 @@ def solve_smooth(
                 if start_heat is not None and oil is lubricant:
                     # temperatures of the neighbour, scaled to the exit of this contact
                     stretch = isothermal.x_exit / start_heat.x[-1] / contact.half_width
-                    offset = Offset(stretch * start_heat.x, start_heat.log_viscosity_offset)
+                    effects = start_heat.log_viscosity_offset, start_heat.log_flow_shares
+                    offset = Offset.of(stretch * start_heat.x, *effects)
                 film = _solved(hot, scaled, cold, offset, accuracy, report, fallbacks)
         except NewtonFailure as failure:
             reason = failure.reason

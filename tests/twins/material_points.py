@@ -44,8 +44,9 @@ def conducts_like_the_transient_solver(monkeypatch: Any) -> None:
 
 
 def at_mid_film(monkeypatch: Any) -> None:
-    """Let the steady heat balance take the viscosity at mid-film of a parabola, as earlier programs did."""
+    """Let the steady heat balance take the viscosity at mid-film of a parabola, for shear and flow alike."""
     monkeypatch.setattr(ehl.heat.traction, "RISE", ((1.0, 0.0, 0.0, 0.0),) * 2)
+    monkeypatch.setattr(ehl.heat.traction, "SHARES", (((1.0,), (1.0,)),) * 2)
 
 
 def without_flow_heat(monkeypatch: Any) -> None:

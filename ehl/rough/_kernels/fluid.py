@@ -155,13 +155,21 @@ def scale_row(p, shear, scale):
 
 
 @njit(**FAST_INTERNAL_KERNEL)
-def newtonian_rows(rows, boundary, scale, count):
+def along_and_across(rows, along, i):
+    """Weights of the mobilities along and across the sliding in four of the rows (`ehl.heat._kernels.along_share`)."""
+    share, across = load(rows.along_share, i), load(rows.across_share, i)
+    return along * share, along * (share - across) + (1.0 - along) * across
+
+
+@njit(**FAST_INTERNAL_KERNEL)
+def newtonian_rows(rows, boundary, along, scale, count):
     """Fluidity of a Newtonian film."""
     for k in range(count):
         i = rows.listed[k]
         film = load(rows.film, i)
         h = max(film, boundary)
-        part = scale * load(rows.density, i) * exp(-1.0 * load(rows.exponent, i)) * h * h
+        first, second = along_and_across(rows, along, i)
+        part = scale * (first + second) * load(rows.density, i) * exp(-1.0 * load(rows.exponent, i)) * h * h
         f = part * h
         store(rows.known_f, i, f)
         store(rows.by_film, i, where_above(film, boundary, 3.0 * part, 0.0))
@@ -197,8 +205,7 @@ def stress_rows(rows, boundary, fluid, scale, count):
 
 @njit(**FAST_INTERNAL_KERNEL)
 def eyring_rows(rows, along, count):
-    """Fluidity from `stress_rows`: 1/eta (along cosh S + (1 - along) sinh S/S), S = asinh x."""
-    across = 1.0 - along
+    """Fluidity from `stress_rows`: 1/eta (first cosh S + second sinh S/S), S = asinh x, see `along_and_across`."""
     for k in range(count):
         i = rows.listed[k]
         x = load(rows.rate, i)
@@ -210,8 +217,9 @@ def eyring_rows(rows, along, count):
         by_x = (1.0 - ratio * both * angle) * both * root
         ratio = where_above(x, SMALL, ratio, 1.0 + x * x * (1.0 / 6.0))
         by_x = where_above(x, SMALL, by_x, x * (1.0 / 3.0))
-        f = base * (along * root + across * ratio)
-        thinning = base * x * (along * x * both * angle + across * by_x)  # df/d ln x at constant base
+        first, second = along_and_across(rows, along, i)
+        f = base * (first * root + second * ratio)
+        thinning = base * x * (first * x * both * angle + second * by_x)  # df/d ln x at constant base
         store(rows.known_f, i, f)
         store(rows.by_film, i, (3.0 * f - thinning) * load(rows.per_film, i))
         store(rows.by_pressure, i, load(rows.slope, i) * (thinning - f) - load(rows.stress_slope, i) * thinning)
@@ -225,11 +233,19 @@ def other_rows(rows, boundary, fluid, along, scale, count):
         for i in range(rows.listed[k], rows.listed[k] + LANES):
             h = max(film[i], boundary)
             p = rows.pressure[i]
-            log_f, by_eta, by_h, by_p = log_mobility(rows.exponent[i], fluid.sliding, h, p, along, fluid.shear)
-            f = scale * rows.density[i] * h * h * h * exp(log_f)
-            rows.known_f[i] = f
-            rows.by_film[i] = f * (3.0 + by_h) / h if film[i] > boundary else 0.0
-            rows.by_pressure[i] = f * (rows.slope[i] * by_eta + by_p)
+            share, other = rows.along_share[i], rows.across_share[i]
+            rows.known_f[i] = rows.by_film[i] = rows.by_pressure[i] = 0.0
+            for across in range(2):
+                weight = along * (share - other) + (1.0 - along) * other if across else along * share
+                if weight == 0.0:
+                    continue
+                log_f, by_eta, by_h, by_p = log_mobility(
+                    rows.exponent[i], fluid.sliding, h, p, 1.0 - across, fluid.shear
+                )
+                f = weight * scale * rows.density[i] * h * h * h * exp(log_f)
+                rows.known_f[i] += f
+                rows.by_film[i] += f * (3.0 + by_h) / h if film[i] > boundary else 0.0
+                rows.by_pressure[i] += f * (rows.slope[i] * by_eta + by_p)
 
 
 @njit(**FAST_INTERNAL_KERNEL)
@@ -261,7 +277,7 @@ def refresh_rows(rows, boundary, fluid, along, scale, first, last, everything):
     if fluid.sliding > 0.0 and not fluid.short:
         other_rows(rows, boundary, fluid, along, scale, count)
     elif not fluid.eyring or fluid.sliding == 0.0:
-        newtonian_rows(rows, boundary, scale, count)
+        newtonian_rows(rows, boundary, along, scale, count)
     else:
         stress_rows(rows, boundary, fluid, scale, count)
         eyring_rows(rows, along, count)

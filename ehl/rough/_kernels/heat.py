@@ -10,16 +10,25 @@ from __future__ import annotations
 from numba import njit
 
 from ehl.compile.compiler import FAST_INTERNAL_KERNEL, FAST_KERNEL, kernel
-from ehl.heat._kernels import rise_share
+from ehl.heat._kernels import (
+    MEAN_BY_FLOW,
+    MID_FILM_BY_FLOW,
+    across_share,
+    along_share,
+    flow_heat_share,
+    rise_share,
+)
 from ehl.rough._kernels.fluid import balanced_shear_row, isothermal_shear_row, temperature_place
-from ehl.rough._kernels.vectors import log
+from ehl.rough._kernels.vectors import exp, log
 
 
 @njit(**FAST_INTERNAL_KERNEL)
 def film_factors(state, step, model):
-    """Places of the film temperatures of the last step in the table of the viscosity."""
+    """Places of the film temperatures of the last step in the table of the viscosity, and shares of the mobilities."""
     for i in range(step.thermal.size):
         step.thermal[i] = temperature_place(state.temperature[i], model.fluid.table)
+    for i in range(step.thermal.size):
+        step.along_share[i], step.across_share[i] = state.along_share[i], state.across_share[i]
 
 
 @njit(**FAST_INTERNAL_KERNEL)
@@ -105,8 +114,9 @@ def shear_and_temperature(state, work, model):
     """Film shear stress everywhere; with heat on also film temperature, surface temperatures and fluxes.
 
     Partition by the conductance k_f/h of the film: q1 = q/2 + (k_f/h)(T2 - T1).  The film is warmer than the mean of
-    the surfaces by tau u_s h/(8 k_f) times the `rise_share` of the last step, which changes slowly, and by q h/(16 k_f)
-    through the heat q of the pressure-driven flow, which is freed near the walls.
+    the surfaces by tau u_s h/(8 k_f) times the `rise_share` of the last step, which changes slowly, and by q h/(20 k_f)
+    through the heat q of the pressure-driven flow, which is freed near the walls.  The shares of the mobilities are
+    those of `ehl.heat.traction.flow_shares`.
     """
     heat = model.heat
     fluid = model.fluid
@@ -142,7 +152,8 @@ def shear_and_temperature(state, work, model):
         mean = fluid.temperature + 0.5 * (rise_1[i] + rise_2[i])
         base[i] = mean + 0.5 * (a1 - a2) * conductance[i] * jump[i] + resistance[i] * rub[i]
     for i in range(n):
-        base[i] += 0.0625 * heat.rolling[i] / conductance[i] if conductance[i] > 0.0 else 0.0
+        rise = 0.125 * heat.rolling[i] / conductance[i] if conductance[i] > 0.0 else 0.0
+        base[i] += MEAN_BY_FLOW * MID_FILM_BY_FLOW * rise
     for i in range(n):
         film_part = state.rise_share[i] * 0.125 / conductance[i]
         resistance[i] = (resistance[i] + film_part) * power if p[i] > 0.0 else 0.0
@@ -150,6 +161,13 @@ def shear_and_temperature(state, work, model):
     for i in range(n):
         warmed = rows.decay[i] * (0.125 / conductance[i]) * power * state.shear[i] if p[i] > 0.0 else 0.0
         state.rise_share[i] = rise_share(warmed)
+        state.along_share[i] = along_share(warmed)
+        state.across_share[i] = across_share(warmed)
+    for i in range(n):
+        rise = 0.125 * heat.rolling[i] / conductance[i] if p[i] > 0.0 else 0.0
+        by_flow = exp(flow_heat_share(MID_FILM_BY_FLOW * rows.decay[i] * rise))
+        state.along_share[i] *= by_flow
+        state.across_share[i] *= by_flow
     share_heat(state, rows, power, a1, a2)
 
 

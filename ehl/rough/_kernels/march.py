@@ -71,6 +71,8 @@ def copy_step(source, target):
         target.upstream_mass[i] = source.upstream_mass[i]
         target.weight[i] = source.weight[i]
         target.thermal[i] = source.thermal[i]
+        target.along_share[i] = source.along_share[i]
+        target.across_share[i] = source.across_share[i]
 
 
 @njit(**FAST_INTERNAL_KERNEL)
@@ -83,6 +85,8 @@ def blend_step(step, saved, here):
         step.upstream_mass[i] = last.upstream_mass[i] + here * (target.upstream_mass[i] - last.upstream_mass[i])
         step.weight[i] = last.weight[i] + here * (target.weight[i] - last.weight[i])
         step.thermal[i] = last.thermal[i] + here * (target.thermal[i] - last.thermal[i])
+        step.along_share[i] = last.along_share[i] + here * (target.along_share[i] - last.along_share[i])
+        step.across_share[i] = last.across_share[i] + here * (target.across_share[i] - last.across_share[i])
 
 
 @njit(**FAST_INTERNAL_KERNEL)

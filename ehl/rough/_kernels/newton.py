@@ -72,6 +72,8 @@ def poiseuille_flow(state, step, work, model, mode, relaxation, start, repeat):
             store(half.film, i, 0.5 * (load(h, i) + load(h, i + 1)))
             store(half.pressure, i, max(0.5 * (load(p, i) + load(p, i + 1)), 0.0))
             store(half.thermal, i, 0.5 * (load(step.thermal, i) + load(step.thermal, i + 1)))
+            store(half.along_share, i, 0.5 * (load(step.along_share, i) + load(step.along_share, i + 1)))
+            store(half.across_share, i, 0.5 * (load(step.across_share, i) + load(step.across_share, i + 1)))
         fluid = model.fluid
         refresh_rows(half, model.contact.boundary, fluid, fluid.along, fluid.flux, 0, n - 1, start)
         if mode == PICARD and not start:
@@ -108,6 +110,8 @@ def add_side_flow(state, step, macro, work, model, mode, start):
         store(node.film, i, load(state.film, i))
         store(node.pressure, i, 0.5 * (max(load(state.fluid_pressure, i), 0.0) + load(macro.pressure, i)))
         store(node.thermal, i, load(step.thermal, i))
+        store(node.along_share, i, load(step.along_share, i))
+        store(node.across_share, i, load(step.across_share, i))
     across, lateral = 1.0 - model.fluid.along, model.fluid.flux_lateral
     refresh_rows(node, model.contact.boundary, model.fluid, across, lateral, begin, outlet, start)
     for j in range(first, outlet, LANES):

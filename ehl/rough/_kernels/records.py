@@ -139,6 +139,8 @@ class State(NamedTuple):
     mass_old: np.ndarray
     temperature: np.ndarray  # at which the film has its effective viscosity [K]
     rise_share: np.ndarray  # of its rise above the surfaces in that of mid-film under even heat
+    along_share: np.ndarray  # `ehl.heat.traction.flow_shares`
+    across_share: np.ndarray
     surface_temperature: np.ndarray  # (2, n) rise [K]
     flux_into: np.ndarray  # (2, n) heat flux into the surfaces [W/m2]
     memory: np.ndarray  # (2, modes, n + 3) thermal memory on surface-fixed grids
@@ -185,15 +187,20 @@ class Step(NamedTuple):
     gap: np.ndarray  # rigid gap with roughness, without approach
     upstream_mass: np.ndarray  # mass at the upstream_mass of the characteristic
     weight: np.ndarray  # 2/3 where BDF2 holds, 1 where backward Euler does
-    thermal: np.ndarray  # place of the film temperature in the table
+    # of the last step: place of the film temperature in the table, and shares as in `State`
+    thermal: np.ndarray
+    along_share: np.ndarray
+    across_share: np.ndarray
 
 
 class FluidityRows(NamedTuple):
-    """A row of points: film, pressure and place of the temperature in, fluidity and its derivatives out."""
+    """A row of points: film, pressure, place of the temperature and shares in, fluidity and its derivatives out."""
 
     film: np.ndarray
     pressure: np.ndarray
     thermal: np.ndarray
+    along_share: np.ndarray
+    across_share: np.ndarray
     density: np.ndarray  # rho/rho0
     density_slope: np.ndarray  # d ln(rho)/dp
     exponent: np.ndarray  # ln(eta/eta0)
@@ -212,8 +219,10 @@ class FluidityRows(NamedTuple):
 
     @classmethod
     def of(cls, n: int) -> FluidityRows:
-        """Rows of n points."""
-        return cls(*(np.zeros(n, dtype=np.int64 if name == "listed" else np.float64) for name in cls._fields))
+        """Rows of n points with one temperature across the film."""
+        rows = cls(*(np.zeros(n, dtype=np.int64 if name == "listed" else np.float64) for name in cls._fields))
+        rows.along_share[:] = rows.across_share[:] = 1.0
+        return rows
 
 
 class HeatRows(NamedTuple):

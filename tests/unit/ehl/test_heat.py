@@ -377,7 +377,7 @@ def test_stress_and_temperature_fit_each_other(speeds, law):
     heat = (speeds[0] - speeds[1]) * found.stress + found.rolling_heat
     into_1 = division @ heat + constant
     walls = 383.15 + 0.5 * (matrices[0] @ into_1 + matrices[1] @ (heat - into_1))
-    walls += found.film / (16.0 * k_film) * found.rolling_heat
+    walls += found.film / (20.0 * k_film) * found.rolling_heat
     assert_allclose(found.walls, walls, rtol=1e-9)
     even = (speeds[0] - speeds[1]) * found.stress * found.film / (8.0 * k_film)
     share, _ = effective_rise(even, -oil.dlog_viscosity_dtemperature(found.pressure, found.temperature))

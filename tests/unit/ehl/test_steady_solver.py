@@ -160,6 +160,7 @@ def test_a_path_whose_last_step_has_no_first_iterate_ends():
 FEATURES = Features(0.1, 1.05, -1.0, 0.2, 0.95, 0.03)
 PRESSURE = 1e9
 HEATED = np.linspace(-3.0, 1.2, 600)
+WARM = Offset(HEATED, np.exp(-((HEATED - np.array([[0.0], [0.1], [-0.2]])) ** 2)) * np.array([[-0.4], [-0.1], [-0.2]]))
 OILS = {
     "barus": Lubricant(0.02, 1.5e-8, viscosity_law="barus"),
     "roelands": Lubricant(0.02, 1.5e-8),
@@ -172,9 +173,15 @@ def scaled(law="roelands", gamma=0.3, cross=0.6, offset=None, stiffness=1.0):
     return ScaledContact(0.02, table, gamma, cross, 10.0, stiffness, offset)
 
 
+def weights(case, n, along=1.0, across=1.0):
+    """Of the mobilities along and across the sliding, with their shares."""
+    cross = np.full(n, case.cross)
+    return cross * along, cross * (along - across) + (1.0 - cross) * across
+
+
 def nodal_state(case, p, h, offset):
     state = np.empty((_kernels.ROWS, p.size))
-    _kernels.nodal_state(case.groups, p, h, offset, state)
+    _kernels.nodal_state(case.groups, p, h, offset, *weights(case, p.size), state)
     return state[_kernels.RHO :]
 
 
@@ -241,18 +248,21 @@ def test_nodal_state(law, gamma, cross):
 
 @pytest.mark.parametrize("cross", [0.0, 0.4, 1.0])
 def test_nodal_state_with_a_stress_that_rises_with_pressure(cross):
-    """The short form against the general law in logarithms."""
+    """The short form against the general law in logarithms, whose directions add with the weights of a hot film."""
     shear = ShearLaw("eyring", LinearStress(4e6, 0.02)).numbers(PRESSURE, 5e6, 0.01)
     case = replace(scaled(cross=cross), shear=shear)
     p, h, offset = np.linspace(0.0, 1.3, 40), np.geomspace(3.0, 0.01, 40), np.linspace(-0.5, 0.2, 40)
     state = np.empty((_kernels.ROWS, p.size))
-    _kernels.nodal_state(case.groups, p, h, offset, state)
+    shares = 0.9, 0.7
+    _kernels.nodal_state(case.groups, p, h, offset, *weights(case, p.size, *shares), state)
     for i in range(p.size):
         _, slope, _, _ = inlet_laws(p[i], case.table)
-        value, *by = log_mobility(state[_kernels.LOG_ETA, i], case.gamma, h[i], p[i], cross, shear)
-        f = np.exp(value)
-        twin = f, f * (by[0] * slope * case.stiffness + by[2]), f * by[1] / h[i], f * by[0]
-        np.testing.assert_allclose(state[_kernels.F : _kernels.F_X + 1, i], twin, rtol=1e-9, atol=1e-12 * f)
+        twin = np.zeros(4)
+        for along, (weight,) in zip((1.0, 0.0), weights(case, 1, *shares), strict=True):
+            value, *by = log_mobility(state[_kernels.LOG_ETA, i], case.gamma, h[i], p[i], along, shear)
+            slopes = 1.0, by[0] * slope * case.stiffness + by[2], by[1] / h[i], by[0]
+            twin += weight * np.exp(value) * np.array(slopes)
+        np.testing.assert_allclose(state[_kernels.F : _kernels.F_X + 1, i], twin, rtol=1e-9, atol=1e-12 * twin[0])
 
 
 def test_nodal_state_below_zero_pressure_continues_the_tangent():
@@ -274,7 +284,7 @@ def test_monotone_cubic_is_that_of_scipy():
 
 
 @pytest.mark.parametrize("law", OILS)
-@pytest.mark.parametrize("offset", [None, Offset(HEATED, -0.4 * np.exp(-(HEATED**2)))], ids=["cold", "hot"])
+@pytest.mark.parametrize("offset", [None, WARM], ids=["cold", "hot"])
 def test_jacobian_is_the_derivative_of_the_residual(grid, law, offset):
     case, u = scaled(law, offset=offset), unknowns(grid, list(OILS).index(law))
     n = grid.nodes.size
@@ -307,8 +317,8 @@ def test_newton_says_why_it_ends(grid):
 def test_newton_from_the_factors_of_a_similar_contact():
     """The same root, with fewer matrices; factors of another contact are given up."""
     near, easy = easy_start(scaled(), 49, PathReport())
-    case = replace(easy, offset=Offset(HEATED, -0.4 * np.exp(-(HEATED**2))))
-    warmer = replace(easy, offset=Offset(HEATED, -0.41 * np.exp(-(HEATED**2))))
+    case = replace(easy, offset=WARM)
+    warmer = replace(easy, offset=Offset(HEATED, 1.025 * WARM.rows))
     factors = NewtonFactors(near.grid)
     first = solve_level(near.grid, case, near.unknowns, factors=factors)
     assert factors.known

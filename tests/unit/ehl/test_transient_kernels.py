@@ -147,6 +147,24 @@ BOXES["mcewen_paluch"] = replace(
 TABLE_ERROR = {"5p4e": 2.5e-5, "mcewen_paluch": 2.5e-6, "pg_1_1": 2.5e-6, "fva2": 8e-6}
 
 
+@pytest.mark.parametrize("rheology", ["newtonian", "eyring"])
+@pytest.mark.parametrize("short", [True, False])
+def test_fluidity_of_a_hot_film_adds_both_directions_with_their_shares(rheology: str, short: bool) -> None:
+    oil = replace(BOX, rheology="eyring", eyring_stress=5e6) if rheology == "eyring" else BOX
+    fluid = scaled(oil, 3.0, heated=False)._replace(short=short)
+    rng = np.random.default_rng(6)
+    film, pressure = 0.02 + rng.random(40), 1.6 * rng.random(40)
+    along, share, other = 0.4, 0.5 + 0.5 * rng.random(40), 0.3 + 0.2 * rng.random(40)
+    rows, *plain = (rows_of(film, pressure, 0.0) for _ in range(3))
+    rows.along_share[:], rows.across_share[:] = share, other
+    for row, cosine in zip((rows, *plain), (along, 1.0, 0.0), strict=True):
+        fluidity_rows(row, 0.05, fluid, cosine, 2.0)
+    weights = along * share, along * (share - other) + (1.0 - along) * other
+    for name in ("f", "by_film", "by_pressure"):
+        expected = sum(w * getattr(row, name) for w, row in zip(weights, plain, strict=True))
+        np.testing.assert_allclose(getattr(rows, name), expected, rtol=1e-9)
+
+
 @pytest.mark.parametrize("name", BOXES)
 def test_kernels_read_every_law_to_1e_6_over_pressure_and_temperature(name: str) -> None:
     oil = BOXES[name]

