@@ -16,7 +16,7 @@ from common import OUT, command_line, write_rows
 import regression
 
 OILS = ("75w90", "80w90", "fva3", "eaxle", "pao220", "pg_0_1")
-PARTS = ("", "_mesh", "_film", "_fast", "_uncertain", "_noise", "_paths")
+PARTS = ("", "_mesh", "_film", "_fast", "_hot", "_uncertain", "_noise", "_hot_noise", "_paths")
 DATASETS = {part: [f"gear_{oil}{part}" for oil in OILS] for part in PARTS}
 POINT = [
     "pressure_hertz", "radius_equivalent", "speed_entrainment", "slide_to_roll", "temperature_oil", "roughness_rms_1",
@@ -56,7 +56,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     rows = [outcomes(name, frame) for name, frame in frames.items()]
     write_rows(OUT / "mixed_data.csv", rows)
     print(pd.DataFrame(rows).to_string(index=False, float_format="%.3g"))
-    found = deviations(frames["gear_noise"])
+    found = deviations(pd.concat([frames["gear_noise"], frames["gear_hot_noise"]]))
     shares = pd.cut(found["asperity_load_share"], SHARES, include_lowest=True)
     for by in (found["oil"], shares, pd.Series("all", found.index)):
         for name, table in found.groupby(by, observed=True):

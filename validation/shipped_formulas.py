@@ -4,8 +4,8 @@
     python validation/shipped_formulas.py --fit        # from the data that are there
     python validation/shipped_formulas.py 75w90 --check  # tables alone
 
-The plans `gear`, `gear_mesh`, `gear_film`, `gear_fast`, `gear_uncertain`, `gear_hot`, `gear_noise`, `gear_hot_noise` and
-`gear_paths` are solved for each oil, 4808 contacts or 40 minutes of processor time; results go to data/datasets and
+The plans `gear`, `gear_mesh`, `gear_film`, `gear_fast`, `gear_uncertain`, `gear_hot`, `gear_noise`, `gear_hot_noise`
+and `gear_paths` are solved for each oil, 4808 contacts or 40 minutes of processor time; results go to data/datasets and
 formulas to data/formulas. The last three check, the others are fitted.
 Without names all shipped oils are meant. A sweep is resumed from its folder in validation/out/sweeps; the fits take
 25 minutes of two cores.

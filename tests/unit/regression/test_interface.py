@@ -117,7 +117,7 @@ def test_a_name_of_several_lines_is_not_written_into_a_script(name: str, tmp_pat
         regression.slurm_script("demo", tasks=2, **given)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("name", ["demo", "gear", "gear_mesh", "gear_film", "gear_fast", "gear_noise", "gear_paths"])
+@pytest.mark.parametrize("name", ["demo", "gear", "gear_hot_noise", "gear_paths"])
 def test_a_plan_is_read_back_from_what_files_store(name: str) -> None:
     plan = regression.Plan.from_file(name)
     back = regression.Plan.from_json(plan.model_dump_json())
