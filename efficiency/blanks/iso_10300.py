@@ -255,7 +255,10 @@ class _Flank:
         return now.contact_stress / self.contact_limit * np.ones(2), now.root_stress / self.root_limit
 
     def _dynamic_factor(self, force: float, speed: float, soft: float) -> float:
-        """K_v (8) to (25)."""
+        """K_v (8) to (25); Table 3 and the formula above resonance as in ISO 6336-1.
+
+        The public source has other fractions in Table 3, which the printed K and K_v of the samples exclude.
+        """
         pair, inputs = self.pair, self.inputs
         if inputs.pitch_deviation_gear is None:
             return dynamic_factor(pair, speed, inputs.accuracy_grade)
@@ -267,12 +270,12 @@ class _Flank:
         if total <= 2.0:
             c_12, c_3, c_4, c_56 = 0.66, 0.23, 0.90, 0.94
         else:
-            c_12, c_3, c_56 = 0.32 + 0.57 / (total - 0.3), 0.096, 0.47 + 0.12 / (total - 1.74)
-            c_4 = (total - 1.56) / (0.57 - 0.05 * total)
+            c_12, c_3, c_56 = 0.32 + 0.57 / (total - 0.3), 0.096 / (total - 1.56), 0.47 + 0.12 / (total - 1.74)
+            c_4 = (0.57 - 0.05 * total) / (total - 1.44)
         c_7 = 0.75 if total <= 1.5 else 1.0 if total > 2.5 else 0.125 * math.sin(math.pi * (total - 2.0)) + 0.875
-        error = self._pitch_error() * _STIFFNESS[1] * soft * self.virtual.effective_face_width
+        error = self._pitch_error() * _STIFFNESS[1] * soft * self.virtual.face_width
         error /= force * inputs.application_factor
-        main, above = error * c_12 + c_4 + 1.0, error * c_56 + c_7 + 1.0
+        main, above = error * c_12 + c_4 + 1.0, error * c_56 + c_7
         if ratio <= 0.75:
             return ratio * (error * c_12 + c_3) + 1.0
         return float(np.interp(ratio, (1.25, 1.5), (main, above)))
@@ -289,7 +292,10 @@ class _Flank:
             found = _TRANSVERSE.get(self.inputs.accuracy_grade, 1.0)
         else:
             error = _STIFFNESS[0] * soft * self._pitch_error() * self.virtual.face_width / force
-            found = 0.9 + 0.4 * error * (0.5 * total if total <= 2.0 else math.sqrt(2.0 * (total - 1.0) / total))
+            if total <= 2.0:  # as in ISO 6336-1; in the public source the contact ratio multiplies only the error
+                found = 0.5 * total * (0.9 + 0.4 * error)
+            else:
+                found = 0.9 + 0.4 * error * math.sqrt(2.0 * (total - 1.0) / total)
         offset = min(2.0 * abs(self.pair.hypoid_offset) / self.pair.gear.mean_diameter, 0.1)
         return max(found - (found - 1.0) * offset / 0.1, 1.0)
 
