@@ -10,6 +10,7 @@ from typing import get_args
 import pytest
 
 import efficiency
+import efficiency.axle.bearings
 import ehl
 from efficiency.axle.axle_input import MethodsInput
 from ehl.common.data import _sentences, data_path, reason_text
@@ -33,13 +34,15 @@ def test_published_formulas():
     assert {use for model in PUBLISHED.values() for use in model.references()} <= CITED
 
 
-@pytest.mark.parametrize(("source", "key"), [(FilmConductivity, "larsson_2000"), (moes_1992, "moes_1992")])
+@pytest.mark.parametrize(
+    ("source", "key"),
+    [(FilmConductivity, "larsson_2000"), (moes_1992, "moes_1992"), (efficiency.axle.bearings, "skf_2013")],
+)
 def test_the_text_of_a_law_and_its_reference_agree(source, key):
     entry, text = ENTRIES[key], " ".join(source.__doc__.split())
-    for name in (author.split(",")[0] for author in entry["author"].split(" and ")):
-        assert name in text
-    assert f"({entry['year']})" in text
-    assert entry["volume"] in text
+    authors = entry["author"].split(" and ") if "author" in entry else []
+    for part in (*(author.split(",")[0] for author in authors), f"({entry['year']})", entry.get("volume", "")):
+        assert part in text
 
 
 def test_methods_of_axles():
