@@ -60,7 +60,7 @@ def hertz_load(pressure_hertz: Values, radius_equivalent: Values, effective_modu
 def moes_1992(load: Values, lubricant: Values) -> Values:
     """Film thickness H = (h/R)(2U)^-1/2 at dp/dx = 0, a blend of all four regimes.
 
-    Moes (1992), J. Tribol. 114: H = [(H_RI^(7/3) + H_EI^(7/3))^(3s/7) + (H_RP^(-7/2) + H_EP^(-7/2))^(-2s/7)]^(1/s),
+    Moes (1992), Wear 159: H = [(H_RI^(7/3) + H_EI^(7/3))^(3s/7) + (H_RP^(-7/2) + H_EP^(-7/2))^(-2s/7)]^(1/s),
     s = (7 + 8 exp(-2 H_EI/H_RI))/5, H_RI = 3/M, H_EI = 2.621 M^(-1/5), H_RP = 1.287 L^(2/3),
     H_EP = 1.311 M^(-1/8) L^(3/4). The coefficients are unverified; they agree with reference solutions of this program
     within 7 % (M 1.7 to 744, L 2 to 15; see the literature tests).

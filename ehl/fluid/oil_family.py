@@ -2,7 +2,8 @@
 
 ln(eta/eta0) has the form of the FVA 400 oils of the family (`ModulusLaw`): the mean of their constants, each set scaled
 to a secant of 1 1/GPa at 0.2 GPa and 80 degC. The level follows from a fit of that secant for the family,
-alpha = s nu^t. Mean and spread are own evaluations of data/reference/oils_fva400.csv.
+alpha = s nu^t, from 30 to 120 degC. The fits of PAO and ester include three more oils, whose laws fail at higher
+pressure. Mean, spread and fit are own evaluations of data/reference/oils_fva400.csv.
 
 Viscosity index after ASTM D2270 (ISO 2909), and the second viscosity from it.
 """

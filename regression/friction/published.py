@@ -125,6 +125,8 @@ def lubricant_factor_niemann(base: str, speed_sum: ArrayLike) -> Array:
 def iso_tr_14179_1(viscosity_kinematic: ArrayLike, load_intensity: ArrayLike, speed_pitch_line: ArrayLike) -> Array:
     """Mesh friction of ISO/TR 14179-1: nu^-0.223 K^-0.40/(3.239 V^0.70); unverified.
 
+    Range: V of 2 to 25 m/s, K of 1.4 to 14 N/mm2.
+
     viscosity_kinematic: nu at oil temperature [m2/s] (in the formula cSt).
     load_intensity: K factor [Pa] (in the formula N/mm2).
     speed_pitch_line: V [m/s].
@@ -194,7 +196,8 @@ def odonoghue_cameron_1966(
     """Disc tests (O'Donoghue & Cameron 1966), unverified and uncertain.
 
     mu = 0.6 ((S + 22)/35)/(nu^(1/8) Vs^(1/3) Ve^(1/6) R^(1/2)), S in microinch, R in inch, speeds in inch/s, nu in cSt.
-    The unit of viscosity may be mPa s in the original, which would change mu by 2 %.
+    The unit of viscosity may be mPa s in the original, which would change mu by 2 %, and the rolling speed the sum
+    2 Ve, which would reduce it by 11 %.
 
     viscosity_kinematic: nu [m2/s].
     speed_sliding, speed_entrainment: Vs and the mean speed Ve [m/s].

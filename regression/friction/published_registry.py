@@ -215,6 +215,8 @@ _ENTRIES = (
         "ISO/TR 14179-1, mesh coefficient of friction",
         "unverified",
         _iso_tr_14179_1,
+        {"speed_entrainment": (2.0 * np.sin(PRESSURE_ANGLE), 25.0 * np.sin(PRESSURE_ANGLE))},
+        "unverified: V of 2 to 25 m/s; K of 1.4 to 14 N/mm2 is not checked",
         applied="K and V from w', R and u_r at the pitch point of a pair with 20 deg pressure angle (this work)",
     ),
     PublishedFriction(
@@ -251,7 +253,8 @@ _ENTRIES = (
         "O'Donoghue & Cameron 1966; disc tests",
         "unverified",
         _odonoghue,
-        applied="Ra = 0.798 Rq, mean of both; the unit of viscosity in the original is unknown, 2 % of mu",
+        applied="Ra = 0.798 Rq, mean of both; the unit of viscosity and the kind of rolling speed in the original are "
+        "unknown, 2 and 11 % of mu",
         diverges=True,
     ),
     PublishedFriction(

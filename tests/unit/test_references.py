@@ -10,11 +10,14 @@ from typing import get_args
 import pytest
 
 import efficiency
+import efficiency.axle.bearings
 import ehl
 from efficiency.axle.axle_input import MethodsInput
 from ehl.common.data import _sentences, data_path, reason_text
 from ehl.common.errors import ConvergenceError
 from ehl.common.references import Citation
+from ehl.fluid.lubricant import FilmConductivity
+from ehl.line_contact import moes_1992
 from regression.friction.published_registry import PUBLISHED
 
 ENTRIES = tomllib.loads(data_path("references.toml").read_text(encoding="utf-8"))
@@ -29,6 +32,17 @@ def test_laws_of_oils(name):
 
 def test_published_formulas():
     assert {use for model in PUBLISHED.values() for use in model.references()} <= CITED
+
+
+@pytest.mark.parametrize(
+    ("source", "key"),
+    [(FilmConductivity, "larsson_2000"), (moes_1992, "moes_1992"), (efficiency.axle.bearings, "skf_2013")],
+)
+def test_the_text_of_a_law_and_its_reference_agree(source, key):
+    entry, text = ENTRIES[key], " ".join(source.__doc__.split())
+    authors = entry["author"].split(" and ") if "author" in entry else []
+    for part in (*(author.split(",")[0] for author in authors), f"({entry['year']})", entry.get("volume", "")):
+        assert part in text
 
 
 def test_methods_of_axles():

@@ -2,8 +2,10 @@
 
 import csv
 import math
+import re
 import tomllib
-from itertools import pairwise
+from itertools import pairwise, product
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -76,6 +78,31 @@ def test_friction_rises_with_slip_in_shape() -> None:
     assert 0.2 < friction[0] / friction[-1] < 0.45
     # of a gear contact of a synthetic oil; the ball at 3.5 GPa is not reproduced, see the page
     assert 0.2 < mu("75w90", 80.0, 1.25, 15.0, 5.0, slip[0]) / mu("75w90", 80.0, 1.25, 15.0, 5.0, slip[-1]) < 0.45
+
+
+def test_computed_friction_of_the_page_on_shear() -> None:
+    """Table of docs/shear.md; radii 10, 5, 20 and 15 mm."""
+    page = (Path(__file__).resolve().parents[3] / "docs" / "shear.md").read_text(encoding="utf-8")
+    rows = [row.split("|") for row in page.splitlines() if row.count("|") == 4]
+    cells = {row[1].split(":")[0].strip(): row[3] for row in rows}
+    printed = {name: [float(value) for value in re.findall(r"\.\d+", cell)] for name, cell in cells.items()}
+    ball = [mu(oil, 80.0, 1.5, 10.0, 2.0, 0.1) for oil in ("minr", "paor", "p150", "estr", "pagd")]
+    roller = {
+        oil: np.array([mu(oil, t, p, 5.0, 2.0, s) for p, t, s in product((0.6, 1.0), (60.0, 80.0), (0.03, 0.12))])
+        for oil in ("minr", "paor", "estr", "pagd")
+    }
+    gears = [
+        mu(oil, t, p, 20.0, u, 0.2) for oil, p, t, u in product(("fva3", "minr"), (0.8, 1.2), (60.0, 90.0), (2.0, 8.0))
+    ]
+    found = {
+        "thrust ball bearings, saturated": ball,
+        "roller bearings": [float(np.mean(roller[oil] / roller["minr"])) for oil in ("paor", "estr", "pagd")],
+        "twin discs and gears, mineral": [float(np.mean(gears)), min(gears), max(gears)],
+        "friction increases with pressure": [mu("75w90", 90.0, p, 15.0, 5.0, 0.3) for p in (0.8, 1.0, 1.25, 1.5, 2.0)],
+    }
+    digit = {"roller bearings": 0.01}
+    for name, values in found.items():
+        assert printed[name] == pytest.approx(values, abs=0.51 * digit.get(name, 0.001))
 
 
 @pytest.mark.parametrize("name", ["film_ball_on_disc", "bearing_oil_ratio", "superfinished_gears", "axle_efficiency"])

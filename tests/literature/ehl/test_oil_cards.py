@@ -142,6 +142,23 @@ def test_the_generic_oil_has_the_oils_of_its_family_inside_the_stated_spread(bas
     assert max(map(abs, found)) < 2.5 * family.spread
 
 
+# FVA 400 oils without a usable law above 0.2 GPa
+SECANT_ONLY = {"pao": ("pao_ester_pma",), "ester": ("pti", "dia_ke")}
+
+
+@pytest.mark.parametrize("base", OIL_FAMILIES)
+def test_the_level_of_a_family_is_the_fit_of_the_secants_of_its_oils(base: str) -> None:
+    """ln alpha over ln nu by least squares, 30 to 120 degC in steps of 10 K."""
+    family, log_nu, log_secant = OIL_FAMILIES[base], [], []
+    for row in (FVA[card] for card in (*family.oils, *SECANT_ONLY.get(base, ()))):
+        exponent = math.log(row["nu40_cst"] / row["nu100_cst"]) / (1.0 / 135.0 - 1.0 / 195.0)
+        for celsius in range(30, 121, 10):
+            log_nu.append(math.log(row["nu40_cst"]) + exponent * (1.0 / (celsius + 95.0) - 1.0 / 135.0))
+            log_secant.append(math.log(rise_fva(row, 2000.0, celsius) / 0.2))
+    exponent, log_scale = np.polyfit(log_nu, log_secant, 1)
+    assert family.secant == pytest.approx((math.exp(log_scale), exponent), rel=5e-3)
+
+
 # Arana et al. (2019), and the middle of their mineral oil and PAO where they have no figure
 RATIOS = {"mineral": 0.047, "hydrocracked": 0.041, "pao": 0.035, "ester": 0.041, "polyglycol": 0.044}
 

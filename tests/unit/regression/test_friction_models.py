@@ -68,6 +68,9 @@ def test_load_sharing_reaches_the_boundary_value() -> None:
 def test_flags_of_range_and_of_undefined_values() -> None:
     xu = friction_model("xu_kahraman_2007").mu(state(pressure_hertz=np.array([1e9, 0.1e9])), oil=OIL)
     assert xu.flag.tolist() == [FrictionFlag.OK, FrictionFlag.OUTSIDE_RANGE]
+    # pitch line velocities of 1, 10 and 30 m/s at a pressure angle of 20 deg; the report has 2 to 25 m/s
+    slow = friction_model("iso_tr_14179_1").mu(state(speed_entrainment=np.array([0.342, 3.42, 10.3])), oil=OIL)
+    assert slow.flag.tolist() == [FrictionFlag.OUTSIDE_RANGE, FrictionFlag.OK, FrictionFlag.OUTSIDE_RANGE]
     # a nearly unloaded point at speed: the logarithm turns negative
     kelley = friction_model("benedict_kelley_1961").mu(
         state(pressure_hertz=np.array([1e9, 1e6]), speed_entrainment=15.0), oil=OIL
