@@ -155,7 +155,9 @@ def networks_to_tune(family: Family, frame: pd.DataFrame, plan: str) -> FittedFo
     if same_oil and set(plan.split(" + ")) & set(shipped.data.plan.split(" + ")):
         return None
     known = shipped.coefficients, shipped.standard_errors, shipped.dropped, shipped.variance_inflation
-    form = FittedForm(family, Coefficients(*known, shipped.condition_number), shipped.network, source=shipped)
+    # their constant deviation is that of the errors of their own contacts
+    network = shipped.network.model_copy(update={"noise": 0.0})
+    form = FittedForm(family, Coefficients(*known, shipped.condition_number), network, source=shipped)
     error = np.abs(np.log(form.friction(frame)[0] / computed_friction(frame)))
     return form if float(error.mean()) < TUNABLE else None
 

@@ -121,6 +121,23 @@ def test_networks_of_other_oils_are_tuned_to_few_contacts(monkeypatch: pytest.Mo
     assert covered.mean() > 0.8
 
 
+def test_the_interval_of_tuned_networks_does_not_depend_on_the_noise_of_their_source(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    shipped, data = FittedFormula.load("eaxle"), load_dataset("gear_fva3_mesh")
+    part = replace(data, frame=data.frame.iloc[:64].reset_index(drop=True))
+    found = []
+    for noise in (0.0, 0.05):
+        network = shipped.network.model_copy(update={"noise": noise})
+        shipped.model_copy(update={"network": network}).save(tmp_path / "source.json")
+        monkeypatch.setattr("regression.fitting.cross_validation.TUNED", str(tmp_path / "source.json"))
+        monkeypatch.setattr("regression.fitting.cross_validation._KEPT", {})
+        found.append(fit_formula(part, NETWORK))
+    assert found[0].data.tuned == "source.json"
+    assert found[1].network.model_dump() == found[0].network.model_dump()
+    assert found[1].interval == found[0].interval
+
+
 def test_networks_are_not_tuned_to_what_they_contain(dataset: Dataset, monkeypatch: pytest.MonkeyPatch) -> None:
     frame = usable_rows(load_dataset("gear_fva3_mesh"), corners=False)[0]
     assert networks_to_tune(SHORT, frame, "mine + gear_mesh") is None  # contacts of the shipped networks
