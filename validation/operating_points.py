@@ -14,11 +14,14 @@ import csv
 import math
 from collections.abc import Sequence
 from pathlib import Path
+from typing import cast
 
 from common import OUT, command_line
 
 import efficiency
+from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.ehl_friction import EhlFriction
+from efficiency.loss.lubrication import SolvedFriction
 
 PAIRS = (
     "fm_spiral_bevel_14x39_relieved", "fm_hypoid_13x42_relieved", "fh_hypoid_9x34_relieved",
@@ -30,6 +33,22 @@ STATES: dict[str, tuple[float, float | None, float | None]] = {  # share of the 
 SEEDS, ENOUGH = (1, 1001, 2001), 5e-4  # of the first roughness profile; error up to which one draw is enough
 NAMES = ("pair", "state", "formula", "solved", "error", "inside", "outside")
 PAGE, MARKERS = Path("docs/friction_formula.md"), ("<!-- points: begin -->", "<!-- points: end -->")
+
+
+def error_of_mean(draws: Sequence[EfficiencyResult]) -> float:
+    """Error of the mean efficiency of several draws [-].
+
+    Only the random part of the error of the contacts is independent between draws. Errors of the grids, of the balance
+    and of the method are common to all.
+    """
+    common = sum(d.errors.positions + d.errors.points + d.errors.balance for d in draws) / len(draws)
+    method, chance = 0.0, 0.0
+    for draw in draws:
+        friction = cast("SolvedFriction", draw.friction)
+        share = friction.method_error / friction.mean_error
+        method += draw.errors.contacts * share / len(draws)
+        chance += (draw.errors.contacts / len(draws)) ** 2 * (1.0 - share**2)
+    return common + math.hypot(method, math.sqrt(max(chance, 0.0)))
 
 
 def row(name: str, state: str) -> tuple[str, str, float, float, float, bool, float]:
@@ -50,7 +69,7 @@ def row(name: str, state: str) -> tuple[str, str, float, float, float, bool, flo
         if draws[0].efficiency_error < ENOUGH:
             break
     solved = sum(found.efficiency for found in draws) / len(draws)
-    error = math.hypot(*(found.efficiency_error for found in draws)) / len(draws)
+    error = error_of_mean(draws)
     inside = formula.inputs.low <= solved <= formula.inputs.high
     inside &= draws[0].inputs.low <= formula.efficiency <= draws[0].inputs.high
     return name, state, formula.efficiency, solved, error, inside, formula.outside_range_share

@@ -268,7 +268,8 @@ def _friction(place: FloatArray, power: FloatArray, chosen: IntArray, solved: So
         values[:, doubtful] = np.nan
     bias = solved.bias[known][nearest(place, place[chosen[known]])] if known.any() else np.full(size, np.nan)
     # errors of the method are those of all contacts alike, random ones are independent of them
-    missing = math.hypot(chance, float((share * bias).sum())) + float((share * half)[doubtful].sum())
+    method = float((share * bias).sum())
+    missing = math.hypot(chance, method) + float((share * half)[doubtful].sum())
     half = np.hypot(half, bias)
 
     mu, film, thinness, hot, rolling = values
@@ -289,6 +290,7 @@ def _friction(place: FloatArray, power: FloatArray, chosen: IntArray, solved: So
         contacts=chosen.size,
         failed=dict(Counter(reason for reason in solved.reasons if reason)),
         mean_error=missing / mean if mean > 0.0 else math.nan,
+        method_error=method / mean if mean > 0.0 else math.nan,
     )
 
 

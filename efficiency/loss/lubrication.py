@@ -114,6 +114,7 @@ class SolvedFriction(FrictionEstimate):
     # relative error of the mean friction coefficient, weighted with the sliding power [-]: random errors of contacts
     # are independent; errors of the method and of failed contacts are correlated
     mean_error: float = math.nan
+    method_error: float = math.nan  # its part by the method, which is common to all draws of the roughness [-]
 
 
 @dataclass(frozen=True)

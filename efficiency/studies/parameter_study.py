@@ -182,8 +182,9 @@ def with_result(point: StudyPoint, result: EfficiencyResult) -> StudyPoint:
     wanted = {f.name for f in fields(StudyPoint)} - {"design", *OPERATING}
     known = {name: value for name, value in found.items() if name in wanted}
     weight = result.points.force * result.points.speed_sliding
-    ratio = np.where(np.isfinite(result.lubrication.film_ratio), result.lubrication.film_ratio, np.nan)
-    mean = float(np.nansum(weight * ratio) / np.sum(weight)) if weight.sum() > 0.0 else math.nan
+    ratio = result.lubrication.film_ratio  # infinite for smooth flanks
+    at = (weight > 0.0) & ~np.isnan(ratio)
+    mean = float(np.average(ratio[at], weights=weight[at])) if at.any() else math.nan
     values = vars(point) | known
     flash = float(np.nanmax(result.lubrication.temperature_flash)) if result.points.force.size else math.nan
     return StudyPoint(**values | {"film_ratio": mean, "temperature_flash": flash, "causes": result.inputs.groups})

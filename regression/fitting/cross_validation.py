@@ -14,7 +14,7 @@ from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.runner import run_tasks
 from regression.data.dataset import Dataset, columns
 from regression.fitting.coefficients import Coefficients, FittedForm, fit_form, parts_of, with_networks
-from regression.fitting.rows import box_of, computed_friction, fitted_rows
+from regression.fitting.rows import box_of, computed_friction, fitted_rows, own_rows
 from regression.friction.conditions import Array
 from regression.friction.data_cloud import CloudDistance, data_cloud
 from regression.friction.families import FAMILIES, Family
@@ -155,7 +155,9 @@ def networks_to_tune(family: Family, frame: pd.DataFrame, plan: str) -> FittedFo
     if same_oil and set(plan.split(" + ")) & set(shipped.data.plan.split(" + ")):
         return None
     known = shipped.coefficients, shipped.standard_errors, shipped.dropped, shipped.variance_inflation
-    form = FittedForm(family, Coefficients(*known, shipped.condition_number), shipped.network, source=shipped)
+    # their constant deviation is that of the errors of their own contacts
+    network = shipped.network.model_copy(update={"noise": 0.0})
+    form = FittedForm(family, Coefficients(*known, shipped.condition_number), network, source=shipped)
     error = np.abs(np.log(form.friction(frame)[0] / computed_friction(frame)))
     return form if float(error.mean()) < TUNABLE else None
 
@@ -205,17 +207,19 @@ def held_out_friction(dataset: Dataset, formula: FittedFormula) -> HeldOut:
 def interval_factors(dataset: Dataset, formula: FittedFormula) -> list[tuple[float, float, float]]:
     """Factors exp(w s) of the interval of a formula with networks, for each of its bands; empty without.
 
-    Returns: median, 5 % and 95 % quantile over the held-out cases of the band, with the standard deviation s of the
-    networks and the multiple w of the band.
+    Returns: median, 5 % and 95 % quantile over the held-out cases of the band, those of its oil for a formula of one of
+    several oils, with the standard deviation s of the networks and the multiple w of the band.
     """
     if formula.network is None:
         return []
-    spread = held_out_friction(dataset, formula).deviation
+    spread, rows = held_out_friction(dataset, formula).deviation, fitted_rows(dataset, formula)
     deviation = np.hypot(0.0 if spread is None else spread, formula.network.noise)
-    ratio = fitted_rows(dataset, formula)["film_ratio_formula"].to_numpy(dtype=float)
+    ratio, own = rows["film_ratio_formula"].to_numpy(dtype=float), np.ones(len(rows), dtype=bool)
+    if len(formula.oils) == 1 < len(dataset.oils):
+        own = own_rows(rows, formula.oils[0].name)
     factors = []
     for band in formula.interval.bands:
-        inside = (ratio >= band.low) & (True if band.high is None else ratio < band.high)
+        inside = own & (ratio >= band.low) & (True if band.high is None else ratio < band.high)
         low, middle, high = np.quantile(np.exp(band.log_width * deviation[inside]), (0.05, 0.5, 0.95))
         factors.append((float(middle), float(low), float(high)))
     return factors

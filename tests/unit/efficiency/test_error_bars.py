@@ -3,6 +3,7 @@
 Interval by uncertain inputs: exact where friction is a product of them, else random draws.
 """
 
+import importlib
 import json
 import math
 from dataclasses import astuple, dataclass, replace
@@ -101,6 +102,7 @@ def test_error_of_the_mean_over_solved_contacts_by_hand() -> None:
     bias = np.array([1e-3, 2e-3, 3e-3])
     found = _friction(place, power, np.arange(3), solved(mu, scatter, bias))
     assert found.mean_error == pytest.approx(math.sqrt(12e-8 + 1.75e-3**2) / 0.05, rel=1e-12)
+    assert found.method_error == pytest.approx(1.75e-3 / 0.05, rel=1e-12)
     np.testing.assert_allclose(found.upper - mu, np.hypot(scatter, bias), rtol=1e-12)
     np.testing.assert_allclose(mu - found.lower, np.hypot(scatter, bias), rtol=1e-12)
     assert np.all(found.flag == FrictionFlag.OK)
@@ -140,6 +142,24 @@ def test_a_contact_keeps_chance_and_bias_apart(monkeypatch: pytest.MonkeyPatch) 
     np.testing.assert_allclose(found.upper - found.mu, 0.05 * 0.05, rtol=1e-12)
     # two equal contacts: chance over the root of two
     assert found.mean_error == pytest.approx(math.hypot(0.03 / math.sqrt(2.0), 0.04), rel=1e-9)
+
+
+def test_error_of_the_mean_of_draws_of_the_roughness(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Four draws by random numbers with common errors of grid and method, in units of their standard deviations."""
+    monkeypatch.syspath_prepend(str(Path(__file__).resolve().parents[3] / "validation"))
+    error_of_mean = importlib.import_module("operating_points").error_of_mean
+
+    def draw(grid: float, method: float, chance: float) -> SimpleNamespace:
+        errors = SimpleNamespace(positions=grid, points=0.0, balance=0.0, contacts=math.hypot(method, chance))
+        friction = SimpleNamespace(mean_error=3.0 * math.hypot(method, chance), method_error=3.0 * method)
+        return SimpleNamespace(errors=errors, friction=friction)
+
+    rng = np.random.default_rng(2)
+    for method, chance in ((0.0, 1.0), (1.0, 0.0), (0.6, 1.5)):
+        means = method * rng.standard_normal(20_000) + chance * rng.standard_normal((4, 20_000)).mean(axis=0)
+        assert error_of_mean([draw(0.0, method, chance)] * 4) == pytest.approx(means.std(), rel=0.02)
+        assert error_of_mean([draw(0.5, method, chance)] * 4) == pytest.approx(0.5 + means.std(), rel=0.02)
+    assert error_of_mean([draw(0.2, 0.6, 1.5)]) == pytest.approx(0.2 + math.hypot(0.6, 1.5))
 
 
 def test_rolling_loss_is_the_work_on_both_surfaces(loaded: LoadedGrids) -> None:

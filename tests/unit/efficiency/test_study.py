@@ -101,6 +101,13 @@ def test_points_are_those_of_single_computations(study: Study, designs: list[Des
         assert found[0].film_ratio == pytest.approx(np.average(ratio, weights=weight), rel=1e-12)
 
 
+def test_film_ratio_of_smooth_flanks_is_infinite(designs: list[Design]) -> None:
+    smooth = replace(LEVELS, torque=(250.0,), speed=(400.0,), temperature=(363.15,), roughness_rms_each=(0.0,), E=())
+    found = run_study(designs[:1], MODEL, smooth, jobs=1, **GRID)
+    assert [point.film_ratio for point in found.points] == [math.inf]
+    assert found.to_dict()["points"][0]["film_ratio"] is None
+
+
 def test_sections_hold_all_else_at_the_reference(study: Study) -> None:
     assert study.reference == {"torque": 250.0, "speed": 400.0, "temperature": 363.15, "roughness_rms_each": 4e-7}
     for name, expected in (("speed", [100.0, 400.0]), ("E", [0.0, 5e-5])):

@@ -15,9 +15,16 @@ from ehl.fluid.oil import Oil
 from ehl.state import ContactState
 from regression.data.dataset import Dataset, columns, load_dataset
 from regression.fitting.coefficients import fit_form
-from regression.fitting.cross_validation import fold_numbers, held_out_friction, nested_cross_validate, networks_to_tune
+from regression.fitting.cross_validation import (
+    HeldOut,
+    fold_numbers,
+    held_out_friction,
+    interval_factors,
+    nested_cross_validate,
+    networks_to_tune,
+)
 from regression.fitting.fit import fit_families, fit_formula
-from regression.fitting.rows import checkable_rows, computed_friction, usable_rows
+from regression.fitting.rows import checkable_rows, computed_friction, fitted_rows, usable_rows
 from regression.formula import Formula
 from regression.friction.conditions import conditions_of
 from regression.friction.data_cloud import CloudDistance
@@ -121,6 +128,23 @@ def test_networks_of_other_oils_are_tuned_to_few_contacts(monkeypatch: pytest.Mo
     assert covered.mean() > 0.8
 
 
+def test_the_interval_of_tuned_networks_does_not_depend_on_the_noise_of_their_source(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    shipped, data = FittedFormula.load("eaxle"), load_dataset("gear_fva3_mesh")
+    part = replace(data, frame=data.frame.iloc[:64].reset_index(drop=True))
+    found = []
+    for noise in (0.0, 0.05):
+        network = shipped.network.model_copy(update={"noise": noise})
+        shipped.model_copy(update={"network": network}).save(tmp_path / "source.json")
+        monkeypatch.setattr("regression.fitting.cross_validation.TUNED", str(tmp_path / "source.json"))
+        monkeypatch.setattr("regression.fitting.cross_validation._KEPT", {})
+        found.append(fit_formula(part, NETWORK))
+    assert found[0].data.tuned == "source.json"
+    assert found[1].network.model_dump() == found[0].network.model_dump()
+    assert found[1].interval == found[0].interval
+
+
 def test_networks_are_not_tuned_to_what_they_contain(dataset: Dataset, monkeypatch: pytest.MonkeyPatch) -> None:
     frame = usable_rows(load_dataset("gear_fva3_mesh"), corners=False)[0]
     assert networks_to_tune(SHORT, frame, "mine + gear_mesh") is None  # contacts of the shipped networks
@@ -131,6 +155,20 @@ def test_networks_are_not_tuned_to_what_they_contain(dataset: Dataset, monkeypat
     assert networks_to_tune(SHORT, without_parts, "mine") is None
     monkeypatch.setattr("regression.fitting.cross_validation.OWN_NETWORKS", len(frame) - 1)
     assert networks_to_tune(SHORT, frame, "mine") is None
+
+
+def test_factors_of_the_interval_are_those_of_the_oil_of_the_formula(monkeypatch: pytest.MonkeyPatch) -> None:
+    formula, data = Formula.load("fva3"), load_dataset("gear_fva3", "gear_eaxle")
+    rows = fitted_rows(data, formula)
+    spread = np.where(rows["oil"] == "fva3", 0.01, 0.5)
+    nothing = np.zeros(len(rows), dtype=bool)
+    found = HeldOut(computed_friction(rows), spread, np.zeros(len(rows), dtype=np.int64), nothing)
+    monkeypatch.setattr("regression.fitting.cross_validation.held_out_friction", lambda *given: found)
+    factors = interval_factors(data, formula)
+    assert len(factors) == len(formula.interval.bands)
+    for band, (middle, low, high) in zip(formula.interval.bands, factors, strict=True):
+        expected = np.exp(band.log_width * np.hypot(0.01, formula.network.noise))
+        assert (low, middle, high) == pytest.approx((expected,) * 3)
 
 
 def test_networks_keep_limits_and_bounds(dataset: Dataset, network: FittedFormula) -> None:
