@@ -227,11 +227,6 @@ class PairBlank(Reportable):
         """All values as plain numbers, lists and tables.
 
         Returns: SI units, names of docs/nomenclature.md.
-
-        Examples
-        --------
-        >>> f"{blank('iso23509_f2').to_dict()['module_normal']:.4g} m"
-        '0.003213 m'
         """
         plain: dict[str, Any] = finite_or_none(asdict(self))
         return plain
@@ -243,11 +238,6 @@ class PairBlank(Reportable):
         -------
         Table
             One row for each quantity with its symbol, unit, and the values of pinion and gear; mm and deg.
-
-        Examples
-        --------
-        >>> efficiency.blank("iso23509_f4").drawing_table().rows[0]
-        ('number of teeth', 'z', '', '9', '34')
         """
         return drawing_table(self, self.pinion, self.gear)
 

@@ -61,13 +61,7 @@ class AxleLosses(Protocol):
 
 @dataclass(frozen=True)
 class SimpleAxleLosses:
-    """Constant drag torque and bearing loss proportional to the pinion torque: T = drag + share |T1| (our model).
-
-    Examples
-    --------
-    >>> SimpleAxleLosses(2.0, 0.005).torque_loss(-300.0, 100.0)
-    3.5
-    """
+    """Constant drag torque and bearing loss proportional to the pinion torque: T = drag + share |T1| (our model)."""
 
     drag: float = 0.0  # drag of bearings, seals and oil at the pinion shaft [N m]
     load_share: float = 0.0  # load-dependent part [-]

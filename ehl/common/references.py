@@ -23,14 +23,6 @@ class Citation:
     ----------
     entries : dict
         Key to the fields of the entry, including `type` and `uses`.
-
-    Examples
-    --------
-    >>> import ehl
-    >>> result = ehl.Contact(oil="fva3", temperature="80 degC", pressure_hertz="1 GPa", radius_equivalent="15 mm",
-    ...                      speed_entrainment="5 m/s", thermal="off").solve()
-    >>> "johnson_1985" in result.citation().entries
-    True
     """
 
     entries: dict[str, dict[str, Any]]

@@ -361,12 +361,7 @@ def _near_unit(typed: str, unit: str, hint: str = "The unit could not be read.")
 
 @dataclass(frozen=True)
 class ValueRange:
-    """Annotation of a pydantic float field: SI unit and range of its values.
-
-    Examples
-    --------
-    ``radius: Annotated[float, ValueRange("m", gt=0.0, le=10.0)]``
-    """
+    """Annotation of a pydantic float field: SI unit and range of its values."""
 
     unit: str  # SI unit; ``""`` for a number without dimension
     # bounds in `unit`

@@ -60,11 +60,6 @@ def walther_1931(temperature: Values, viscosity_40: float, viscosity_100: float)
     temperature: temperature [K].
     viscosity_40, viscosity_100: kinematic viscosity at 40 and 100 degC [m2/s].
     Returns kinematic viscosity [m2/s].
-
-    Examples
-    --------
-    >>> round(1e6 * walther_1931(333.15, 96.9e-6, 11.8e-6), 2)
-    40.33
     """
     m, n = _walther_constants(viscosity_40, viscosity_100)
     viscosity: Values = (10.0 ** (10.0 ** (m - n * np.log10(temperature))) - 0.7) * 1e-6

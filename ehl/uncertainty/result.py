@@ -160,14 +160,7 @@ class UncertaintySource:
 
 @dataclass(frozen=True, repr=False)
 class InputUncertainty(TableResult):
-    """Interval of a result by the uncertainty of its inputs, without the error of the solver.
-
-    Examples
-    --------
-    >>> change = Change("viscosity", "oil", 0.1, -0.2, 0.2)
-    >>> InputUncertainty.of("friction_coefficient", 0.05, [change], lambda ln: 0.05 * math.exp(ln))
-    InputUncertainty(friction coefficient 0.05 (0.04094 to 0.06107), of which oil 0.01007)
-    """
+    """Interval of a result by the uncertainty of its inputs, without the error of the solver."""
 
     name: str  # of the result (`efficiency`, `friction_coefficient`)
     # the result and its interval, SI
