@@ -90,7 +90,7 @@ class Quantity:
 
 
 def format_number(value: float, digits: int = 4) -> str:
-    """A number with the given significant digits, at least all digits before the point; a dash for a non-finite number."""
+    """A number with the given significant digits, at least those before the point; a dash for a non-finite number."""
     if not math.isfinite(value):
         return "–"
     if value == 0.0:

@@ -257,12 +257,7 @@ class Finish:
         return np.asarray(np.clip(length * ratio**LENGTH_POWER, *limits))
 
     def with_rms(self, rms: float) -> Finish:
-        """The finish with a measured Rq, with a range of 20 %, and its correlation length at this Rq (`length_at`).
-
-        Parameters
-        ----------
-        rms : float
-            Rq [m].
+        """The finish with a measured Rq [m], with a range of 20 %, and its correlation length at it (`length_at`).
 
         Examples
         --------
@@ -288,11 +283,7 @@ class Additive(InputModel):
 
     @classmethod
     def load(cls, name: str) -> Additive:
-        """A shipped additive class.
-
-        name: one of `ehl.shipped("additives")`.
-        Raises `InputError`: there is no such class; the message lists the available ones.
-        """
+        """A shipped additive class, one of `ehl.shipped("additives")`; `InputError` if there is none of the name."""
         return load_shipped(cls, "additives", name, "additive")
 
 

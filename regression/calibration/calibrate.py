@@ -145,13 +145,7 @@ class Calibration(Reportable):
         return f"the misfit (RMS) is {100.0 * self.misfit_share:.2g} % of the mean friction; {most}"
 
     def save_card(self, path: str | PathLike[str], *, force: bool = False) -> Oil:
-        """Write the calibrated oil card.
-
-        path: a file ending in .toml; its stem is the name of the card.
-        force: as in `card`.
-        Returns: the card.
-        Raises `InputError`: the file cannot be written; `MisfitTooLarge`: as in `card`.
-        """
+        """Write the `card`, named by the stem of the path (.toml), and return it; `InputError` if that fails."""
         from ehl.fluid.oil_sheet import write_card
 
         card = self.card(Path(path).stem, force=force)

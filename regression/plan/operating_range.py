@@ -180,19 +180,7 @@ class OperatingRange(TableResult):
         return toml_text(content | {"model": {"accuracy": accuracy}})
 
     def plan(self, name: str, oils: Sequence[str], *, size: int, **options: Any) -> Plan:
-        """The plan over the ranges.
-
-        Parameters
-        ----------
-        name : str
-            Name of the plan.
-        oils : sequence of str
-            Oil cards; every point is computed with each of them.
-        size : int
-            Number of points in the ranges, for each oil.
-        **options
-            Other parameters of `plan_text`.
-        """
+        """The plan over the ranges; parameters of `plan_text`."""
         return Plan.from_dict(tomllib.loads(self.plan_text(name, oils, size=size, **options)))
 
 

@@ -121,13 +121,7 @@ class Run(PathLike[str], TableResult):
         return load_dataset(self.path)
 
     def to_frame(self, *, units: bool = False) -> pd.DataFrame:
-        """All results, one row per case, sorted by key.
-
-        Parameters
-        ----------
-        units : bool
-            Name the columns with their SI units, as ``pressure_hertz [Pa]``.
-        """
+        """All results, as `Dataset.to_frame`."""
         return self.dataset().to_frame(units=units)
 
     def to_dict(self) -> dict[str, Any]:
@@ -135,13 +129,7 @@ class Run(PathLike[str], TableResult):
         return self.status.to_dict()
 
     def retry(self, **options: Any) -> Run:
-        """Compute the failed cases again, with settings that were not tried yet.
-
-        Parameters
-        ----------
-        **options
-            Options of `sweep`; the default formula is that of the run.
-        """
+        """Compute the failed cases again with new settings; options of `sweep`, by default the formula of the run."""
         computed_by = str(read_meta(self.path)["solver_version"])
         if computed_by in PUBLISHED:
             options.setdefault("formula", computed_by)
