@@ -13,7 +13,6 @@ import typer
 
 import efficiency.cli
 import ehl
-from ehl.common import console
 from ehl.common.console import ADVANCED
 from ehl.common.data import reason_text
 
