@@ -61,7 +61,8 @@ def _solve(problem: ContactProblem, start: ContactResult | None, window: float |
         smooth = isothermal_fallback(smooth)
     if smooth.status != "converged":
         return ContactResult("failed", smooth.reason, iterations=smooth.iterations)
-    film, skipped = smooth.film, _without_repeats(smooth.skipped)
+    # one entry per subject: the last, which has the best estimate
+    film, skipped = smooth.film, list({text.partition(":")[0]: text for text in smooth.skipped}.values())
     elastic = elastic_shear(film.x, film.pressure, film.film, film.shear_stress, contact, lubricant)
     if elastic.left_out > ELASTIC_REPORTED:
         skipped.append(f"elastic shear: estimated change of friction below {100.0 * elastic.left_out:.2g} %")
@@ -114,11 +115,6 @@ def _solve(problem: ContactProblem, start: ContactResult | None, window: float |
     notes = tuple(dict.fromkeys((*mixed.profile_notes(problem.surface), *result.notes)))
     result = replace(result, notes=notes, skipped=tuple(skipped))
     return checked(result, problem, rounds_left=smooth.rounds_left and not lost_heat)
-
-
-def _without_repeats(skipped: tuple[str, ...]) -> list[str]:
-    """One entry per subject: the last, which has the best estimate."""
-    return list({text.partition(":")[0]: text for text in skipped}.values())
 
 
 def _rough(

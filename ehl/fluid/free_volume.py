@@ -111,12 +111,8 @@ class OriginalYasutomi(_Yasutomi):
         return 1.0 - self.B1 * np.log(inside), -self.B1 * self.B2 / inside
 
     def _held(self, pressure: FloatArray, temperature: FloatArray) -> FloatArray:
-        return np.minimum(pressure, pressure_of_largest(self, temperature))
-
-
-def pressure_of_largest(law: OriginalYasutomi, temperature: FloatArray) -> FloatArray:
-    """Pressure of the largest viscosity of the original form [Pa]; `temperature` in K."""
-    return np.asarray(np.interp(temperature, _TEMPERATURES, _largest(law)))
+        """The pressure, at most that of the largest viscosity of the original form [Pa]; `temperature` in K."""
+        return np.minimum(pressure, np.interp(temperature, _TEMPERATURES, _largest(self)))
 
 
 @lru_cache(maxsize=32)

@@ -230,7 +230,9 @@ def sweep_shard(
             if entry[0] != "failed" or known.get(key, entry)[0] == "failed":
                 known[key] = entry
         done = {key for key, (status, _, _) in known.items() if not (retry_failed and status == "failed")}
-        failures = {key: _failed_settings(*entry) for key, entry in known.items()}
+        # number of settings of a case that failed and are not tried again
+        lost = (evaluators.TIME_CAP, evaluators.WORKER_CRASHED)
+        failures = {k: n if status == "failed" and why not in lost else 0 for k, (status, why, n) in known.items()}
         costs: dict[str, float] = {}
         waiting: dict[str, int] = {}
         kept: dict[str, str] = {}  # reason of each failed case on disk that is not computed again
@@ -267,11 +269,6 @@ def sweep_shard(
     report.restarts, report.truncated, report.corrupt = run.restarts, journal.truncated, journal.corrupt
     report.seconds = time.perf_counter() - clock
     return report
-
-
-def _failed_settings(status: str, reason: str, attempts: int) -> int:
-    """Number of settings of a case on disk that failed and are not tried again."""
-    return attempts if status == "failed" and reason not in (evaluators.TIME_CAP, evaluators.WORKER_CRASHED) else 0
 
 
 def run_meta(plan: Plan, version: str) -> dict[str, str | int]:
