@@ -159,14 +159,7 @@ class GearPair:
         return own | {name: checked(name, value) for name, value in given.items()}
 
     def check(self, frictions: Iterable[Friction | None] = (), **conditions: Unpack[PairAxes]) -> list[FrictionModel]:
-        """Validate friction models and conditions before the computation; returns the friction models.
-
-        Parameters
-        ----------
-        frictions : iterable of FrictionModel or str
-            Friction models or their names; None is the default of the oil.
-        **conditions : value or sequence
-            As in `over`.
+        """Validate friction models and conditions, as in `over`, before the computation; returns the friction models.
 
         Raises
         ------

@@ -312,7 +312,6 @@ class Contact(InputModel):
         >>> contact.solve().status
         'converged'
         """
-
         from ehl.solve import solve_contact
 
         result = solve_contact(self.problem(), start)

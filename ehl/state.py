@@ -70,15 +70,6 @@ class ContactState:
 
         Default values are 0 for sliding and roughness, 80 degC for the oil, the oil temperature for both bodies, 40 Rq
         for the correlation length and 1 for the Peklenik number.
-
-        Examples
-        --------
-        >>> import ehl
-        >>> state = ehl.ContactState.of(
-        ...     pressure_hertz=[0.8e9, 1e9], radius_equivalent=0.01, effective_modulus=226e9, speed_entrainment=5.0
-        ... )
-        >>> state.size
-        2
         """
         oil = values.get("temperature_oil", 353.15)
         temperatures = dict.fromkeys(("temperature_oil", "temperature_bulk_1", "temperature_bulk_2"), oil)

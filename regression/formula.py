@@ -133,7 +133,7 @@ class Formula(FittedFormula, Reportable):
         oil_arguments: bool = False,
         guard: bool = True,
     ) -> tuple[str, ...]:
-        """Write the formula as program text, Python, C, Fortran or MATLAB, or as an FMU (FMI 2.0).
+        """Write the formula as Python, C, Fortran, MATLAB or FMU (FMI 2.0); returns the names of its arguments.
 
         Parameters
         ----------
@@ -147,11 +147,6 @@ class Formula(FittedFormula, Reportable):
             Use the oil properties as arguments instead.
         guard : bool
             Flag points far from all fitted cases; this needs a loop over stored numbers.
-
-        Returns
-        -------
-        tuple of str
-            Names of the arguments of the function.
 
         Raises
         ------

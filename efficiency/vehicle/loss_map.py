@@ -285,13 +285,6 @@ class LossMap(Tabular, LossTable):
 
         Raises `InputError`: an unknown suffix, too few torques or speeds, torques of one sign only for VECTO, a file
         that cannot be written; `ConvergenceError`: a point failed.
-
-        Examples
-        --------
-        >>> import efficiency
-        >>> pair = efficiency.load("fm_spiral_bevel_14x39")
-        >>> found = pair.loss_map("-200:200:3 N m", "500, 1500 rpm", grid=(4, 9))
-        >>> found.write_model("axle.vtlm")  # doctest: +SKIP
         """
         from efficiency.vehicle.map_files import FORMATS
 

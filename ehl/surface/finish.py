@@ -198,11 +198,6 @@ class Finish:
         ------
         InputError
             As in `ehl.measured_surface`.
-
-        Examples
-        --------
-        >>> import ehl
-        >>> card = ehl.Finish.from_profile("flank.csv", unit_height="um").to_toml()  # doctest: +SKIP
         """
         from ehl.surface.measured_surface import MeasuredSurface, measured_surface
 

@@ -390,17 +390,7 @@ class FittedFormula(FrictionModel, InputModel):
     def range_note(
         self, state: ContactState | None = None, *, oil: Oil | str | None = None, **conditions: Unpack[PointConditions]
     ) -> str:
-        """Note on the variables outside the range of the data with values and limits, or an empty text.
-
-        Parameters
-        ----------
-        state : ContactState, optional
-            One contact point, alternatively to the keywords of `mu`.
-        oil : Oil or str, optional
-            Oil card or its name; default: that of the formula.
-        **conditions : float or str
-            As in `mu`.
-        """
+        """Note on the variables of one point, as in `mu`, outside the range of the data; otherwise an empty text."""
         parts = []
         for variable, value, limit in self.beyond(conditions_of(*self._points(state, oil, conditions))):
             entry, side = quantity(variable), "at least" if value < limit else "at most"

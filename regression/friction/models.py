@@ -158,11 +158,6 @@ class FrictionModel(ABC):
             strings with unit, or broadcastable arrays of them. `finish`, `finish_state`: as in `ehl.Contact`, default
             values of the roughness.
 
-        Returns
-        -------
-        FrictionEstimate
-            Friction coefficient with interval and flag, in the shape of the points.
-
         Raises
         ------
         InputError

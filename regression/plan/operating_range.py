@@ -141,28 +141,17 @@ class OperatingRange(TableResult):
         margin: float = 0.1,
         accuracy: str = "fast",
     ) -> str:
-        """The text of a plan file over the ranges.
+        """The text (TOML) of a plan file over the ranges.
 
         Parameters
         ----------
-        name : str
-            Name of the plan.
         oils : sequence of str
             Oil cards; every point is computed with each of them.
         size : int
             Number of points in the ranges, for each oil.
-        description : str
-            Description of the plan.
         margin : float
             Every range is widened at both ends by this share of its length (of its logarithm on a log scale), so that
             the gears lie inside the fitted range.
-        accuracy : str
-            Accuracy of the contact solver.
-
-        Returns
-        -------
-        str
-            TOML.
         """
         ranges = self.variables
         content: dict[str, Any] = {"name": name, "description": description, "sampling": {"size": size, "seed": 1}}

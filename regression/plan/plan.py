@@ -492,12 +492,7 @@ class Plan(InputModel, Reportable):
         return contact_seconds(self.model, self.conditions(self.points.columns, self.points.oils))
 
     def estimate(self, time_cap: float | str | None = None) -> CostEstimate:
-        """Estimated computation time of the plan.
-
-        Parameters
-        ----------
-        time_cap : float or str, optional
-            Time after which a case is stopped [s]; None for no limit.
+        """Estimated computation time of the plan; cases stop after `time_cap` [s], if given.
 
         Examples
         --------

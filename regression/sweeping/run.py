@@ -136,21 +136,7 @@ class Run(PathLike[str], TableResult):
         return sweep(self.plan, self.path, retry_failed=True, **options)
 
     def rerun(self, plan: Plan | None = None, *, share: float = SHARE, seed: int = 1) -> Iterator[Rerun]:
-        """Compute a random share of the cases again, to compare the present solver with the results.
-
-        Parameters
-        ----------
-        plan : Plan, optional
-            Replaces the stored plan.
-        share : float
-            Share of the cases of the plan.
-        seed : int
-            Seed of the random choice.
-
-        Yields
-        ------
-        Rerun
-            Stored and computed friction of one case.
+        """Compute a random share of the cases (of `plan` or the stored one) again; yields stored and new friction.
 
         Raises
         ------

@@ -196,20 +196,13 @@ def sweep_shard(
 ) -> SweepReport:
     """Compute the cases of a plan, or of one shard of it, that are not on disk yet, the longest first.
 
-    folder: folder of the results; created if it does not exist.
-    shard: (i, n): every n-th case, beginning with the i-th. Each shard has its own file, so that shards may run
-        simultaneously.
+    Other parameters and errors as of `regression.sweep`. With `retry_failed`, cases without convergence use settings
+    that were not tried yet; cases that reached the time cap or crashed their worker use the same settings.
+
+    shard: each has its own file, so that shards may run simultaneously.
     evaluate: contact to results; may raise `ConvergenceError` with a reason. Workers need to pickle it.
     version: version of `evaluate`; part of the key of every case.
-    jobs: worker processes, one thread each; 1 computes in this process.
     executor: from `ehl.common.runner.cluster`; replaces `jobs` local processes.
-    time_cap: wall time after which a case is stopped with the reason "time_cap" [s].
-    retries: number of fallback settings that are tried if the solver fails.
-    retry_failed: compute the failed cases on disk again. Cases without convergence use settings that were not tried
-        yet; cases that reached the time cap or crashed their worker use the same settings.
-    progress: called with a `Progress` after each case.
-    Raises `InputError`: the folder contains another run, or cannot be written; `AllWorkersCrashed, ClusterLost`: there
-    are no workers left; `KeyboardInterrupt`: Ctrl-C or SIGTERM. In both cases every finished case is on disk.
     """
     number, shards = shard
     make_folder(folder, "run")
