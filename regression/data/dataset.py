@@ -157,14 +157,8 @@ class Dataset(TableResult, Tabular):
 
 # main quantities of a dataset
 _SUMMARY = (
-    "pressure_hertz",
-    "radius_equivalent",
-    "speed_entrainment",
-    "slide_to_roll_total",
-    "temperature_oil",
-    "roughness_rms",
-    "film_ratio",
-    "friction_coefficient",
+    *("pressure_hertz", "radius_equivalent", "speed_entrainment", "slide_to_roll_total"),
+    *("temperature_oil", "roughness_rms", "film_ratio", "friction_coefficient"),
 )
 
 
