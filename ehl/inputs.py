@@ -96,15 +96,9 @@ class SolidInput(InputModel):
 
     def body(self) -> Material:
         """The material with the properties given here."""
-        given = {
-            "youngs_modulus": self.youngs_modulus if self.E is None else self.E,
-            "poisson_ratio": self.poisson_ratio if self.nu is None else self.nu,
-            "thermal_conductivity": self.thermal_conductivity,
-            "heat_capacity": self.heat_capacity,
-            "density": self.density,
-            "hardness": self.hardness,
-        }
-        changes = {key: value for key, value in given.items() if value is not None}
+        names = {name: name for name in type(self).model_fields if name in Material.model_fields}
+        names |= {"E": "youngs_modulus", "nu": "poisson_ratio"}
+        changes = {key: value for name, key in names.items() if (value := getattr(self, name)) is not None}
         return Material.load(self.material).model_copy(update=changes)
 
 
