@@ -29,7 +29,6 @@ from ehl.state import ContactState
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-
 START_DROPPED = "neighbour_too_far"  # fallback of the smooth solver for an unsuitable initial guess
 REFUSED = "refused"
 MOTION = (

@@ -24,7 +24,6 @@ from ehl.uncertainty.result import LEVEL, Change, InputUncertainty, combined
 if TYPE_CHECKING:
     import pandas
 
-
 HOUR = 3600.0
 _OIL = OPERATION_LIMITS["temperature"]
 _MAX_TORQUE, _MAX_SPEED = (float(OPERATION_LIMITS[name].le or 1e6) for name in ("torque", "speed"))

@@ -64,7 +64,6 @@ _OPTIONS = {
     "temperatures": "temperature",
 }
 
-
 _UsageError: Any = typer.BadParameter.__base__
 
 

@@ -81,7 +81,6 @@ _OTHER_NAMES = {
     "force": "normal_force contact_force",
 }
 
-
 Cell = float | int | str | None
 Column = tuple[float, ...] | tuple[str, ...]
 

@@ -177,7 +177,6 @@ _ANY_CASE = (
 # fields whose unit is never parsed by pint, where another spelling may have another meaning
 _CLOSED = ("", "rad/s", "N*m", "rad")
 
-
 # signs that look alike: degrees, primes, fractions, minus; blanks of no width
 _ALIKE = str.maketrans(
     dict.fromkeys("\u00ba\u02da", "°")

@@ -138,7 +138,6 @@ OIL_FAMILIES = {
     ),
 }  # fmt: skip
 
-
 # Shear properties by base oil, for oils whose card has none (docs/shear.md).
 STRESS_TEMPERATURE = 40.0 + KELVIN
 

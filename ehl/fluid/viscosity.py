@@ -42,7 +42,6 @@ GOLD_COEFFICIENTS: dict[str, tuple[float, float]] = {
     "ester": (6.605, 0.1360),
 }
 
-
 # tuned: default standard deviation of ln(eta/eta0) (own estimate). The Roelands law with the measured slope or secant
 # deviates by -19 to +13 % at 0.8 GPa over seven oils
 ROELANDS_DEVIATION = 0.12

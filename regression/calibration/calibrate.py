@@ -47,7 +47,6 @@ from regression.calibration.setup import RISING, SURFACE, CalibrationSetup, star
 if TYPE_CHECKING:
     import pandas as pd
 
-
 PROFILE_CALLS = 6000  # largest number of smooth solutions for which profiles are computed by default
 MAX_MISFIT = 0.1  # without stated noise: RMS over mean friction above which the misfit is an error of the model
 # RMS over mean friction above which the model does not describe the rows: a card on request only

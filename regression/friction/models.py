@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     from ehl.uncertainty.result import InputUncertainty
     from ehl.uncertainty.spread import UncertaintyInput
 
-
 COLEMAN_FRICTION = 0.05  # as cited by Kolivand, Li & Kahraman (2010)
 
 

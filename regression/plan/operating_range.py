@@ -30,7 +30,6 @@ from regression.plan.plan import Plan
 if TYPE_CHECKING:
     import pandas as pd
 
-
 # sampling scale of each variable of the plan
 _SCALES = {
     "pressure_hertz": "linear",

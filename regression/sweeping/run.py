@@ -32,7 +32,6 @@ from regression.sweeping.sweep import SweepReport, sweep_shard
 if TYPE_CHECKING:
     import pandas as pd
 
-
 SHARE = 0.01
 # what distinguishes the cases of a plan
 _IDENTITY = (*(STATE_UNITS.keys() - {"effective_modulus", "roughness_rms_2"}), "boundary_friction", "seed")
