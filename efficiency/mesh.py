@@ -115,16 +115,10 @@ class Mesh:
         bodies: ElasticTeeth | None = None,
         keep: bool = False,
     ) -> Mesh:
-        """Geometry, contact lines and tooth compliance of a design.
+        """Geometry, contact lines and tooth compliance of a design with its misalignments; see `GearPair.mesh`.
 
         Parameters
         ----------
-        design : Design
-            The pair with its misalignments.
-        side : {"drive", "coast"}
-            Flanks in contact.
-        positions, points_per_line : int
-            Pinion angles in a pitch (even) and points on each contact line.
         bodies : ElasticTeeth, optional
             Bodies from an earlier call of `elastic_bodies`; misalignments do not change them.
         keep : bool
@@ -227,12 +221,7 @@ class Mesh:
     def load_from(self, path: Path | str, torque: Value | None = None) -> LoadedMesh:
         """Load distribution of another program (CSV, `efficiency.ltca.external_load`) instead of the computed one.
 
-        Parameters
-        ----------
-        path : Path or str
-            CSV file.
-        torque : float or str, optional
-            Pinion torque, which must be that of the file [N m].
+        A `torque` [N m] must be that of the file.
         """
         given = None if torque is None else checked("torque", torque)
         if self.flanks is None:
@@ -255,12 +244,8 @@ class Mesh:
 
         Parameters
         ----------
-        friction, progress, strength, interval : optional
-            As in `GearPair.over`.
         every_point : bool
             Solve every point, or interpolate as in `map`.
-        **conditions : value or sequence
-            As in `GearPair.over`, without those that change the geometry.
         """
         axes, held = split_axes(conditions, AXES[len(GEOMETRY_AXES) :])
         model = resolve_friction(friction, self.design, conditions.get("oil"))
@@ -286,23 +271,11 @@ class Mesh:
         every_point: bool = False,
         **conditions: Unpack[HeldValues],
     ) -> Grid:
-        """Map over torque, speed and temperature, in this order; the default values are those of the design.
+        """Map over torque, speed and temperature, in this order (default: those of the design); see `GearPair.over`.
 
         An axis with ten or more values is interpolated between seven of them (`efficiency.conditions.grid`).
-        Interpolated points have figures with their error, but no `EfficiencyResult`.
-
-        Parameters
-        ----------
-        friction : FrictionModel or str, optional
-            As in `over`.
-        torque, speed, temperature : value or sequence, optional
-            Values of the axes.
-        progress, strength, interval : optional
-            As in `over`; with the strength every point is solved.
-        every_point : bool
-            Solve every point.
-        **conditions : value
-            Conditions of all points, as in `over`.
+        Interpolated points have figures with their error, but no `EfficiencyResult`. With `strength` or `every_point`
+        all are solved.
         """
         own = self.design.operation
         given = {"torque": torque, "speed": speed, "temperature": temperature}
@@ -392,16 +365,7 @@ class LoadedMesh:
     def efficiencies(
         self, friction: Friction | None, conditions: Sequence[Mapping[str, Any]], *, many: bool = True
     ) -> list[EfficiencyResult]:
-        """Efficiency at several conditions with the same oil; their friction is evaluated together.
-
-        Parameters
-        ----------
-        friction : FrictionModel or str, optional
-            As in `efficiency`.
-        conditions : sequence of mapping
-            Keywords of `efficiency`.
-        many : bool
-            As in `efficiency`.
+        """Efficiency at several conditions with the same oil, keywords of `efficiency`; friction is evaluated together.
 
         Examples
         --------
@@ -430,8 +394,6 @@ class LoadedMesh:
         ----------
         frictions : FrictionModel or str, or iterable of them, optional
             Default: the formulas shipped for the oil, `constant:0.05`, four published ones, solved contacts.
-        **conditions : float or str
-            As in `efficiency`.
         """
         from efficiency.loss.compare import DEFAULT_MODELS, compare_models
 
@@ -625,10 +587,8 @@ class _UnderTorque:
         return self._found[torque]
 
     def _deflected(self, torque: float) -> MeshGrids:
-        placed, stiffness = (
-            self.design.under_torque(torque, self.side).without_deflection(),
-            self.design.assembly.stiffness,
-        )
+        placed = self.design.under_torque(torque, self.side).without_deflection()
+        stiffness = self.design.assembly.stiffness
 
         def mesh_of(design: Design, positions: int = self.positions, points: int = self.points) -> MeshGrids:
             return Mesh.of(design, self.side, positions, points, self.bodies).grids

@@ -159,14 +159,7 @@ class GearPair:
         return own | {name: checked(name, value) for name, value in given.items()}
 
     def check(self, frictions: Iterable[Friction | None] = (), **conditions: Unpack[PairAxes]) -> list[FrictionModel]:
-        """Validate friction models and conditions before the computation; returns the friction models.
-
-        Parameters
-        ----------
-        frictions : iterable of FrictionModel or str
-            Friction models or their names; None is the default of the oil.
-        **conditions : value or sequence
-            As in `over`.
+        """Validate friction models and conditions, as in `over`, before the computation; returns the friction models.
 
         Raises
         ------
@@ -196,12 +189,10 @@ class GearPair:
         many: bool = False,
         **condition: Unpack[PairConditionValues],
     ) -> EfficiencyResult:
-        """Efficiency at one condition.
+        """Efficiency at one condition; `friction` and `grid` as in `over`.
 
         Parameters
         ----------
-        friction, grid : optional
-            As in `over`.
         many : bool
             For one of many points: faster, with a larger stated error of the torque balance.
         **condition : float or str
@@ -304,19 +295,15 @@ class GearPair:
         progress: ProgressCallback | None = None,
         **conditions: Unpack[HeldValues],
     ) -> DutyCycle:
-        """Efficiency at every operating point of a duty cycle, and the total energies.
+        """Efficiency at every operating point of a duty cycle, and the total energies; further options as in `over`.
 
         Parameters
         ----------
         file : Path, str or sequence of DutyRow
             CSV or XLSX file with the columns torque, speed, temperature and hours, each with its unit, or recorded
             vehicle data (`efficiency.conditions.duty.read_duty`).
-        friction, grid : optional
-            As in `over`.
         tyre_radius, ratio, temperature : float or str, optional
             As in `read_duty`; default: ratio of the pair, temperature of the design.
-        progress : callable, optional
-            As in `over`.
         **conditions : float or str
             Conditions of all points that differ from the design, as in `LoadedMesh.efficiency`.
         """
@@ -393,24 +380,18 @@ class GearPair:
         interval: bool = False,
         **conditions: Unpack[HeldValues],
     ) -> LossMap:
-        """Torque loss over pinion torque and speed, drive and coast, for `LossMap.write_model`.
+        """Torque loss over pinion torque and speed, drive and coast, for `LossMap.write_model`; see also `over`.
 
         Parameters
         ----------
-        torque : float, str or sequence
-            Pinion torques: numbers in SI units, a list ``"a, b, c unit"`` or a range ``"from:to:number unit"``. For
+        torque, speed : float, str or sequence
+            Of the pinion: numbers in SI units, a list ``"a, b, c unit"`` or a range ``"from:to:number unit"``. For
             negative torques the coast flanks are loaded and the gear drives.
-        speed : float, str or sequence
-            Pinion speeds in the same format.
-        friction : FrictionModel or str, optional
-            As in `over`.
         temperature : float or str, optional
             Oil temperature; default: that of the design.
         axle : mapping, Path, str or AxleLosses, optional
             Losses outside the mesh: ``{"drag": "2 N m", "load_share": 0.005}`` (constant torque and fraction of the
             pinion torque) or a table file with the columns torque, speed, torque_loss; default: none.
-        grid, progress : optional
-            As in `over`.
         interval : bool
             Columns of the 90 % interval by uncertain inputs (0.05 s a point).
         **conditions : float or str
@@ -442,22 +423,16 @@ class GearPair:
         progress: ProgressCallback | None = None,
         **conditions: Unpack[HeldValues],
     ) -> AxleTest:
-        """Power loss at the test points of 40 CFR 1037.560, for `AxleTest.to_csv`.
+        """Power loss at the test points of 40 CFR 1037.560, for `AxleTest.to_csv`; further options as in `loss_map`.
 
         Parameters
         ----------
         application : {"single", "tandem"}
             Output torques up to 4000 N m, or up to 2000 N m.
-        friction, temperature : optional
-            As in `loss_map`.
         torque_max : float or str, optional
             Largest output torque of the axle [N m]; test points above it are omitted.
         revolutions_per_mile : float, optional
             Revolutions of the smallest tyre per mile, 100 to 2000; default: 650.
-        axle, grid, progress : optional
-            As in `loss_map`.
-        **conditions : float or str
-            As in `loss_map`.
 
         Raises
         ------
@@ -526,15 +501,7 @@ class GearPair:
 
     @one_thread
     def geometry(self, side: str = "both", marking: Value | None = None) -> PairGeometry:
-        """Flanks and unloaded contact: ease-off, contact pattern, transmission error.
-
-        Parameters
-        ----------
-        side : {"drive", "coast", "both"}
-            Flank pair.
-        marking : float or str, optional
-            Thickness of the marking compound [m]; default: 6.35 um.
-        """
+        """Flanks and unloaded contact: ease-off, contact pattern, transmission error; keywords as in `misalignment`."""
         from efficiency.geometry.pair_geometry import chosen_sides, marking_thickness, pair_geometry
 
         return pair_geometry(self.design, chosen_sides(side), marking_thickness(marking))
@@ -568,10 +535,8 @@ class GearPair:
             Thickness of the marking compound [m]; default: 6.35 um.
         torque : float or str, optional
             Pinion torque [N m] at which load, pressure, edge load and loss of every state are computed.
-        friction : str or model, optional
-            Friction model of the loss; default: the formula shipped for the oil, or else one for all oils.
-        progress : callable, optional
-            Called with a `Progress` after each state of a side.
+        friction, progress : optional
+            As in `over`.
         samples : int, optional
             Number of random states (tolerance analysis): each misalignment is normal, its value the standard deviation;
             without any, E, P and G have 0.025 mm.
@@ -595,10 +560,9 @@ class GearPair:
             check_count("accuracy_grade", accuracy_grade, 1, 11)
             if samples is None:
                 raise InputError("accuracy_grade", accuracy_grade, "no value without samples")
-        states = math.prod(len(part) for part in values.values()) if samples is None else samples
         if samples is not None:
             check_count("samples", samples, 2, _MAX_STATES)
-        if states > _MAX_STATES:
+        elif (states := math.prod(map(len, values.values()))) > _MAX_STATES:
             raise InputError(", ".join(MISALIGNMENTS), f"{states} states", f"at most {_MAX_STATES} combinations")
         loading: dict[str, Any] = {**({} if friction is None else {"friction": friction}), **conditions}
         if torque is None and loading:

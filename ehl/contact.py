@@ -253,23 +253,12 @@ class Contact(InputModel):
 
     @classmethod
     def from_file(cls, path: str | Path) -> Self:
-        """The contact of an input file (TOML) of `mixed-ehl solve`.
-
-        Raises
-        ------
-        InputError
-            The file cannot be read, or a value is invalid; the message states field, value and allowed range.
-        """
+        """The contact of an input file (TOML) of `mixed-ehl solve`; `InputError` as for `Contact`."""
         return cls(**read_toml(path, "contact"))
 
     @classmethod
     def from_dict(cls, content: Mapping[str, object]) -> Self:
-        """The contact of a dictionary of keywords, or of tables as in the input file.
-
-        Raises
-        ------
-        InputError
-            The message states field, value and allowed range.
+        """The contact of a dictionary of keywords, or of tables as in the input file; `InputError` as for `Contact`.
 
         Examples
         --------
@@ -288,18 +277,7 @@ class Contact(InputModel):
         return self.model_dump(mode="json", exclude_unset=True)
 
     def replace(self, **changes: Unpack[ContactKeywords]) -> Self:
-        """The same contact with some inputs changed.
-
-        Parameters
-        ----------
-        **changes
-            Keywords of `Contact`; None removes an input.
-
-        Raises
-        ------
-        InputError
-            As for `Contact`.
-        """
+        """The same contact with some inputs changed (None removes one); `InputError` as for `Contact`."""
         tables, _ = _tables(changes, type(self).model_fields)
         content = self.model_dump(exclude_unset=True)
         for name, table in tables.items():
@@ -334,7 +312,6 @@ class Contact(InputModel):
         >>> contact.solve().status
         'converged'
         """
-
         from ehl.solve import solve_contact
 
         result = solve_contact(self.problem(), start)

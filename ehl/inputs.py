@@ -40,7 +40,6 @@ PeklenikNumber = Annotated[
     float, ValueRange("", ge=1.0 / 3.0, le=1e6, hint="1 is isotropic, 3 to 9 ground across; above 1e5 sealed.")
 ]
 
-
 _SPEEDS = "speed_entrainment is (u1 + u2)/2, slide_to_roll is (u1 - u2)/speed_entrainment."
 _LOAD = "load_per_length is the load over the length of the contact line."
 _OF_DISCS = {
@@ -96,15 +95,9 @@ class SolidInput(InputModel):
 
     def body(self) -> Material:
         """The material with the properties given here."""
-        given = {
-            "youngs_modulus": self.youngs_modulus if self.E is None else self.E,
-            "poisson_ratio": self.poisson_ratio if self.nu is None else self.nu,
-            "thermal_conductivity": self.thermal_conductivity,
-            "heat_capacity": self.heat_capacity,
-            "density": self.density,
-            "hardness": self.hardness,
-        }
-        changes = {key: value for key, value in given.items() if value is not None}
+        names = {name: name for name in type(self).model_fields if name in Material.model_fields}
+        names |= {"E": "youngs_modulus", "nu": "poisson_ratio"}
+        changes = {key: value for name, key in names.items() if (value := getattr(self, name)) is not None}
         return Material.load(self.material).model_copy(update=changes)
 
 
@@ -119,7 +112,6 @@ PRINTED = {
     "rdq": ValueRange("", ge=1e-4, le=0.5),
     "sal": ValueRange("m", ge=1e-6, le=1e-3),
 }
-
 
 LEAST_WORN = 0.3  # least Rq over that before running-in: with less hardly a valley is left (this work)
 WORN_RMS = ValueRange("m", ge=1e-8, le=2e-5, hint="Rq of each surface after running-in, or none.")

@@ -25,11 +25,6 @@ def hertz_half_width(load_per_length: Values, radius_equivalent: Values, effecti
     load_per_length: w' [N/m].
     radius_equivalent: R [m].
     effective_modulus: E' with 2/E' = (1 - nu1^2)/E1 + (1 - nu2^2)/E2 [Pa].
-
-    Examples
-    --------
-    >>> round(1e6 * hertz_half_width(4e5, 0.015, 228e9), 2)
-    258.87
     """
     half_width: Values = np.sqrt(8.0 * load_per_length * radius_equivalent / (np.pi * effective_modulus))
     return half_width

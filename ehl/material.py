@@ -50,12 +50,7 @@ class Material(InputModel):
 
     @classmethod
     def load(cls, name: str) -> Material:
-        """A shipped material.
-
-        Parameters
-        ----------
-        name : str
-            One of `ehl.shipped("materials")`.
+        """A shipped material, one of `ehl.shipped("materials")`.
 
         Raises
         ------

@@ -24,24 +24,10 @@ if TYPE_CHECKING:
 _NOT_SCALAR = ("skipped", "notes", "problem", "film", "isothermal", "heat", "transient", "dry")
 
 _SHOWN = (
-    "friction_coefficient",
-    "friction_fluid",
-    "friction_asperity",
-    "friction_error",
-    "mesh_error",
-    "statistical_error",
-    "friction_boundary_half",
-    "friction_boundary_double",
-    "film_central",
-    "film_min",
-    "film_error",
-    "film_ratio",
-    "asperity_load_share",
-    "roughness_load_share",
-    "pressure_max",
-    "rolling_traction",
-    "temperature_film_max",
-    "temperature_flash",
+    *("friction_coefficient", "friction_fluid", "friction_asperity", "friction_error", "mesh_error"),
+    *("statistical_error", "friction_boundary_half", "friction_boundary_double", "film_central", "film_min"),
+    *("film_error", "film_ratio", "asperity_load_share", "roughness_load_share", "pressure_max"),
+    *("rolling_traction", "temperature_film_max", "temperature_flash"),
 )
 
 

@@ -19,7 +19,7 @@ from ehl.common.validation import validate
 from ehl.contact import Contact
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
-from ehl.inputs import ContactProblem, ModelInput, SurfaceInput
+from ehl.inputs import EACH_RMS, ContactProblem, ModelInput, SurfaceInput
 from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.result import ContactResult, results_frame
@@ -28,7 +28,6 @@ from ehl.state import ContactState
 
 if TYPE_CHECKING:
     from pandas import DataFrame
-
 
 START_DROPPED = "neighbour_too_far"  # fallback of the smooth solver for an unsuitable initial guess
 REFUSED = "refused"
@@ -83,18 +82,7 @@ class PathResult(TableResult, Tabular):
         return int(np.count_nonzero(self.origin >= 0))
 
     def values(self, name: str) -> FloatArray:
-        """A quantity of all contacts.
-
-        Parameters
-        ----------
-        name : str
-            A field of `ContactResult`.
-
-        Returns
-        -------
-        ndarray, shape (n,)
-            Values; nan for failed contacts.
-        """
+        """A field of `ContactResult` of all contacts, shape (n,); nan for failed contacts."""
         return np.array([getattr(result, name) for result in self.results], dtype=np.float64)
 
     def to_dict(self) -> dict[str, Any]:
@@ -179,7 +167,9 @@ def solve_path(
             messages[at] = str(error)
 
     here = np.array(list(problems), dtype=int)
-    place = _coordinates([problems[at] for at in problems])
+    # logarithms of the Hertz pressure and of both Moes groups, shape (n, 3)
+    groups = [(p.line.pressure_hertz, *p.line.moes_groups(p.lubricant)) for p in problems.values()]
+    place = np.log(np.array(groups, dtype=np.float64).reshape(-1, 3))
     distance = np.sum((place - np.median(place, axis=0)) ** 2, axis=1) if here.size else np.zeros(0)
     nearest = np.full(here.size, -1)
     left = np.ones(here.size, dtype=bool)
@@ -255,7 +245,9 @@ def _problems(
         rough = surface
         if isinstance(contacts, ContactState):
             line = LineContact.from_pressure(**{name: float(getattr(contacts, name).flat[at]) for name in MOTION})
-            rough = surface if surface.measured else _with_rms(surface, contacts, at)
+            if not surface.measured:
+                rms = {name: float(getattr(contacts, name).flat[at]) for name in EACH_RMS}
+                rough = validate(SurfaceInput, surface.model_dump(exclude_unset=True) | rms)
         else:
             assert isinstance(contact, LineContact)
             line = contact
@@ -272,14 +264,3 @@ def _checked(line: LineContact) -> LineContact:
     if not math.isfinite(line.speed_sliding):
         raise InputError("slide_to_roll", line.slide_to_roll, "finite sliding speeds")
     return line
-
-
-def _with_rms(surface: SurfaceInput, state: ContactState, at: int) -> SurfaceInput:
-    rms = {name: float(getattr(state, name).flat[at]) for name in ("roughness_rms_1", "roughness_rms_2")}
-    return validate(SurfaceInput, surface.model_dump(exclude_unset=True) | rms)
-
-
-def _coordinates(problems: Sequence[ContactProblem]) -> FloatArray:
-    """Logarithms of the Hertz pressure and of both Moes groups, shape (n, 3)."""
-    groups = [(p.line.pressure_hertz, *p.line.moes_groups(p.lubricant)) for p in problems]
-    return np.asarray(np.log(np.array(groups, dtype=np.float64).reshape(-1, 3)))

@@ -11,17 +11,8 @@ from ehl.common.threads import one_thread
 from ehl.elastic_shear import elastic_shear, rubbing_friction
 from ehl.inputs import ContactProblem
 from ehl.result import ContactResult
+from ehl.rough import mixed
 from ehl.rough.dry_limit import DryLimit, dry_limit, flash_of_rubbing
-from ehl.rough.mixed import (
-    SmoothFriction,
-    film_stress_ratio,
-    profile_notes,
-    rolling_heat_of,
-    roughness_effect,
-    roughness_heights,
-    roughness_matters,
-    solve_mixed,
-)
 from ehl.smooth.thermal import isothermal_fallback, solve_smooth
 from ehl.validity import checked
 
@@ -70,7 +61,8 @@ def _solve(problem: ContactProblem, start: ContactResult | None, window: float |
         smooth = isothermal_fallback(smooth)
     if smooth.status != "converged":
         return ContactResult("failed", smooth.reason, iterations=smooth.iterations)
-    film, skipped = smooth.film, _without_repeats(smooth.skipped)
+    # one entry per subject: the last, which has the best estimate
+    film, skipped = smooth.film, list({text.partition(":")[0]: text for text in smooth.skipped}.values())
     elastic = elastic_shear(film.x, film.pressure, film.film, film.shear_stress, contact, lubricant)
     if elastic.left_out > ELASTIC_REPORTED:
         skipped.append(f"elastic shear: estimated change of friction below {100.0 * elastic.left_out:.2g} %")
@@ -120,14 +112,9 @@ def _solve(problem: ContactProblem, start: ContactResult | None, window: float |
         skipped.append("roughness and time: both surfaces are smooth")
     if result.status == "failed":
         return result
-    notes = tuple(dict.fromkeys((*profile_notes(problem.surface), *result.notes)))
+    notes = tuple(dict.fromkeys((*mixed.profile_notes(problem.surface), *result.notes)))
     result = replace(result, notes=notes, skipped=tuple(skipped))
     return checked(result, problem, rounds_left=smooth.rounds_left and not lost_heat)
-
-
-def _without_repeats(skipped: tuple[str, ...]) -> list[str]:
-    """One entry per subject: the last, which has the best estimate."""
-    return list({text.partition(":")[0]: text for text in skipped}.values())
 
 
 def _rough(
@@ -136,14 +123,16 @@ def _rough(
     """Transient solution with roughness, unless the film is so thick or so thin that an estimate suffices."""
     assert smooth.isothermal is not None
     contact, lubricant, model = problem.line, problem.lubricant, problem.model
-    rms, height = roughness_heights(problem.surface, contact)
-    known = SmoothFriction()
+    rms, height = mixed.roughness_heights(problem.surface, contact)
+    known = mixed.SmoothFriction()
     if not heated:
         assert smooth.film is not None
         # the film with thermal effects separates the surfaces; at 20 m/s it is half as thick as the isothermal one
-        known = SmoothFriction(smooth.film.film_central, film_stress_ratio(smooth.friction_fluid, contact, lubricant))
-        if height > 0.0 and not roughness_matters(known.film / height, model, known.stress_ratio):
-            effect = roughness_effect(known.film / height, known.stress_ratio)
+        known = mixed.SmoothFriction(
+            smooth.film.film_central, mixed.film_stress_ratio(smooth.friction_fluid, contact, lubricant)
+        )
+        if height > 0.0 and not mixed.roughness_matters(known.film / height, model, known.stress_ratio):
+            effect = mixed.roughness_effect(known.film / height, known.stress_ratio)
             skipped.append(f"roughness and time: estimated change of friction {100.0 * effect:.2g} %")
             film_ratio = smooth.isothermal.film_central / rms
             return replace(smooth, film_ratio=film_ratio, friction_error=smooth.friction_error + effect)
@@ -153,8 +142,8 @@ def _rough(
         skipped.append(f"film: {dry.note}")
         return _dry(smooth, dry, problem, thermal=thermal)
     try:
-        rolling = rolling_heat_of(smooth.heat, lubricant)
-        run = solve_mixed(problem, known, thermal=thermal, rolling_heat=rolling, window=window)
+        rolling = mixed.rolling_heat_of(smooth.heat, lubricant)
+        run = mixed.solve_mixed(problem, known, thermal=thermal, rolling_heat=rolling, window=window)
     except ConvergenceError as error:
         return ContactResult("failed", error.reason, iterations=smooth.iterations)
     if run.status == "failed":

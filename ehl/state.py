@@ -70,33 +70,11 @@ class ContactState:
 
         Default values are 0 for sliding and roughness, 80 degC for the oil, the oil temperature for both bodies, 40 Rq
         for the correlation length and 1 for the Peklenik number.
-
-        Parameters
-        ----------
-        **values : array_like
-            Fields of `ContactState` in SI units.
-
-        Examples
-        --------
-        >>> import ehl
-        >>> state = ehl.ContactState.of(
-        ...     pressure_hertz=[0.8e9, 1e9], radius_equivalent=0.01, effective_modulus=226e9, speed_entrainment=5.0
-        ... )
-        >>> state.size
-        2
         """
         oil = values.get("temperature_oil", 353.15)
-        values = {
-            "temperature_bulk_1": oil,
-            "temperature_bulk_2": oil,
-            "slide_to_roll": 0.0,
-            "speed_sliding_lengthwise": 0.0,
-            "temperature_oil": 353.15,
-            "roughness_rms_1": 0.0,
-            "roughness_rms_2": 0.0,
-            "peklenik_number": 1.0,
-            **values,
-        }
+        temperatures = dict.fromkeys(("temperature_oil", "temperature_bulk_1", "temperature_bulk_2"), oil)
+        zero = ("slide_to_roll", "speed_sliding_lengthwise", "roughness_rms_1", "roughness_rms_2")
+        values = {**temperatures, **dict.fromkeys(zero, 0.0), "peklenik_number": 1.0, **values}
         if "correlation_length" not in values:
             rms = values["roughness_rms_1"], values["roughness_rms_2"]
             values["correlation_length"] = default_correlation_length(*rms)

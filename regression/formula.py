@@ -81,11 +81,8 @@ class Formula(FittedFormula, Reportable):
     def ranking(self) -> pd.DataFrame:
         """Held-out errors of all families fitted to the same rows, best first.
 
-        Returns
-        -------
-        pandas.DataFrame
-            One row per family: number of terms, R2 of ln mu and of mu, and the relative errors [-] `mape` (mean),
-            `p95` (95 %), `largest` and `bias`.
+        One row per family: number of terms, R2 of ln mu and of mu, and the relative errors [-] `mape` (mean), `p95`
+        (95 %), `largest` and `bias`.
         """
         from regression.view.tables import family_table
 
@@ -99,18 +96,12 @@ class Formula(FittedFormula, Reportable):
         oil: Oil | str | None = None,
         **conditions: Unpack[PointConditions],
     ) -> NDArray[np.bool_]:
-        """Whether contact points lie in the convex hull of the fitted cases, in the logarithms of their variables.
+        """Whether contact points, as in `mu`, lie in the convex hull of the fitted cases (logarithms).
 
         Parameters
         ----------
         runs : Dataset, str or path, or several of them
             The fitted data.
-        state : ContactState, optional
-            Contact points, alternatively to the keywords of `mu`.
-        oil : Oil or str, optional
-            Oil card or its name; default: that of the formula.
-        **conditions : float, str or array
-            As in `mu`.
 
         Raises
         ------
@@ -142,7 +133,7 @@ class Formula(FittedFormula, Reportable):
         oil_arguments: bool = False,
         guard: bool = True,
     ) -> tuple[str, ...]:
-        """Write the formula as program text, Python, C, Fortran or MATLAB, or as an FMU (FMI 2.0).
+        """Write the formula as Python, C, Fortran, MATLAB or FMU (FMI 2.0); returns the names of its arguments.
 
         Parameters
         ----------
@@ -156,11 +147,6 @@ class Formula(FittedFormula, Reportable):
             Use the oil properties as arguments instead.
         guard : bool
             Flag points far from all fitted cases; this needs a loop over stored numbers.
-
-        Returns
-        -------
-        tuple of str
-            Names of the arguments of the function.
 
         Raises
         ------

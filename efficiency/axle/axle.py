@@ -146,13 +146,7 @@ class Axle:
         return self.pair.design.operation.model_copy(update=own)
 
     def with_methods(self, **methods: str) -> Axle:
-        """The axle with other methods; pair, meshes and loads are shared.
-
-        Parameters
-        ----------
-        **methods : str
-            As of the class.
-        """
+        """The axle with other methods, as of the class; pair, meshes and loads are shared."""
         other = copy(self)
         other.methods = validate(MethodsInput, self.methods.model_dump() | methods, "methods")
         return other
@@ -269,8 +263,6 @@ class Axle:
         ----------
         duty : Path, str or sequence of DutyRow
             File, or rows.
-        friction : FrictionModel or str, optional
-            As of `at`.
         tyre_radius, temperature : float or str, optional
             As of `read_duty`; default temperature: that of the axle.
         """

@@ -59,18 +59,15 @@ def factors(inputs: PairBlankInput, cones: PitchCones) -> DepthFactors:
         taken.append(f"depth.{name} = {recommended:.4g}")
         return recommended
 
-    k_d = chosen("depth_factor", depth.depth_factor, recommended_depth_factor(inputs))
+    table = DEPTH_FACTOR_HYPOID if inputs.hypoid_offset else DEPTH_FACTOR_BEVEL
+    # k_d of Table C.1 (unverified)
+    recommended_depth = table.get(max(min(table), inputs.teeth_pinion), 2.0)
+    k_d = chosen("depth_factor", depth.depth_factor, recommended_depth)
     c_ham = chosen("gear_addendum_factor", depth.gear_addendum_factor, recommended_addendum_factor(inputs, cones))
     k_t = chosen("thickness_factor", depth.thickness_factor, recommended_thickness_factor(inputs))
     under = None if depth.clearance_factor_pinion is None else k_d * depth.clearance_factor_pinion
     dedendum = k_d * (depth.clearance_factor + 0.5)
     return DepthFactors(k_d * (0.5 - c_ham), 0.5 * k_d, dedendum, 0.5 * k_t, tuple(taken), under)
-
-
-def recommended_depth_factor(inputs: PairBlankInput) -> float:
-    """k_d, Table C.1 (unverified)."""
-    table = DEPTH_FACTOR_HYPOID if inputs.hypoid_offset else DEPTH_FACTOR_BEVEL
-    return table.get(max(min(table), inputs.teeth_pinion), 2.0)
 
 
 def recommended_addendum_factor(inputs: PairBlankInput, cones: PitchCones) -> float:

@@ -9,16 +9,8 @@ from math import asin, atan, atan2, cos, degrees, pi, sin, tan
 
 import scipy
 
+from efficiency.blanks import tangency
 from efficiency.blanks.inputs import PairBlankInput
-from efficiency.blanks.tangency import (
-    SPIRAL_LIMIT,
-    PitchCones,
-    bevel_cones,
-    crown_gear,
-    face_too_wide,
-    limit_pressure_angle,
-    too_large,
-)
 from ehl.common.errors import ConvergenceError, InputError
 
 TOLERANCE = 0.01
@@ -26,14 +18,14 @@ TOLERANCE = 0.01
 NO_OFFSET = 1e-7
 
 
-def method_1(inputs: PairBlankInput) -> PitchCones:
+def method_1(inputs: PairBlankInput) -> tangency.PitchCones:
     """Gleason cones. As in the standard: second trial with eta increased by a tenth, then linear interpolation.
 
     The step of a tenth is not stated in the source; it reproduces the printed numbers of Annex F.3.
     """
     start = _start(inputs)
     if abs(inputs.hypoid_offset) <= NO_OFFSET * start.radius_2:
-        bevel = bevel_cones(inputs, start.desired, 2.0 * start.radius_2)
+        bevel = tangency.bevel_cones(inputs, start.desired, 2.0 * start.radius_2)
         return replace(bevel, face_width_factor=_face_width_factor(inputs, bevel))
     if inputs.pitch_cones == "converged":
         return _converged(inputs, start)
@@ -75,10 +67,10 @@ def _start(inputs: PairBlankInput) -> _Start:
         assert inputs.outer_pitch_diameter_gear is not None
         radius_2 = 0.5 * (inputs.outer_pitch_diameter_gear - inputs.face_width_gear * sin(delta_2))
         if radius_2 <= 0.5 * inputs.face_width_gear * sin(delta_2):
-            raise face_too_wide(inputs, inputs.outer_pitch_diameter_gear / (2.0 * sin(delta_2)))
+            raise tangency.face_too_wide(inputs, inputs.outer_pitch_diameter_gear / (2.0 * sin(delta_2)))
     largest = radius_2 / sin(delta_2)
     if abs(offset) >= largest:
-        raise too_large(offset, largest)
+        raise tangency.too_large(offset, largest)
     epsilon = asin(offset / largest)
     factor = tan(desired) * sin(epsilon) + cos(epsilon)
     radius_1 = radius_2 * factor / ratio
@@ -86,7 +78,7 @@ def _start(inputs: PairBlankInput) -> _Start:
     return _Start(desired, radius_1, radius_2, factor, atan(offset / lever))
 
 
-def trial(inputs: PairBlankInput, start: _Start, eta: float) -> PitchCones:
+def trial(inputs: PairBlankInput, start: _Start, eta: float) -> tangency.PitchCones:
     """One trial, Formulae (17) to (33) and (41); the cones touch exactly at every eta."""
     excess = inputs.shaft_angle - 0.5 * pi
     r_1, r_2 = start.radius_1, start.radius_2
@@ -103,26 +95,26 @@ def trial(inputs: PairBlankInput, start: _Start, eta: float) -> PitchCones:
     spiral_1 = atan((start.factor + growth - cos(epsilon_p)) / sin(epsilon_p))
     spiral_2 = spiral_1 - epsilon_p
     delta_2 = atan2(sin(epsilon) / tan(eta) / cos(excess) + cos(epsilon) * tan(excess), 1.0)
-    cones = PitchCones(delta_1, delta_2, r_1 / sin(delta_1), r_2 / sin(delta_2), spiral_1, spiral_2, 0.5)
+    cones = tangency.PitchCones(delta_1, delta_2, r_1 / sin(delta_1), r_2 / sin(delta_2), spiral_1, spiral_2, 0.5)
     closure = lengthwise_radius(inputs, cones) * limit_curvature(cones, epsilon_p) - 1.0
     return replace(cones, face_width_factor=_face_width_factor(inputs, cones), closure=closure)
 
 
-def limit_curvature(cones: PitchCones, zeta_mp: float) -> float:
+def limit_curvature(cones: tangency.PitchCones, zeta_mp: float) -> float:
     """1/rho_lim [1/m], Formula (33): the lengthwise curvature at which pitch-plane sliding keeps its direction."""
     b_1, b_2 = cones.spiral_1, cones.spiral_2
     cone_1, cone_2 = cones.cone_distance_1, cones.cone_distance_2
-    alpha = limit_pressure_angle(cones.pitch_angle_1, cones.pitch_angle_2, cone_1, cone_2, b_1, b_2, zeta_mp)
+    alpha = tangency.limit_pressure_angle(cones.pitch_angle_1, cones.pitch_angle_2, cone_1, cone_2, b_1, b_2, zeta_mp)
     bend = tan(b_1) / (cone_1 * tan(cones.pitch_angle_1)) + tan(b_2) / (cone_2 * tan(cones.pitch_angle_2))
     return (
         cos(alpha) * (1.0 / (cone_1 * cos(b_1)) - 1.0 / (cone_2 * cos(b_2)) - tan(alpha) * bend) / (tan(b_1) - tan(b_2))
     )
 
 
-def lengthwise_radius(inputs: PairBlankInput, cones: PitchCones) -> float:
+def lengthwise_radius(inputs: PairBlankInput, cones: tangency.PitchCones) -> float:
     """rho_mbeta, lengthwise radius of curvature of the tooth [m]: r_c0 or the epicycloid's, Formulae (34) to (40)."""
     spiral, cone = cones.spiral_2, cones.cone_distance_2
-    crown = crown_gear(inputs, cone, cones.pitch_angle_2, spiral)
+    crown = tangency.crown_gear(inputs, cone, cones.pitch_angle_2, spiral)
     # from the gear apex, normal to the flank: tan of the angle to the cutter centre, Formulae (38) and (52)
     eta = atan2(
         crown.radius * cos(crown.lead) - cone * sin(spiral), crown.radius * sin(crown.lead) + cone * cos(spiral)
@@ -131,7 +123,7 @@ def lengthwise_radius(inputs: PairBlankInput, cones: PitchCones) -> float:
     return cone * cos(spiral) * (tan(spiral) + tan(eta) / (1.0 + tan(crown.lead) * both))
 
 
-def _face_width_factor(inputs: PairBlankInput, cones: PitchCones) -> float:
+def _face_width_factor(inputs: PairBlankInput, cones: tangency.PitchCones) -> float:
     """c_be2, Formula (41); one half if the mean diameter is given."""
     outer = inputs.outer_pitch_diameter_gear
     if outer is None:
@@ -139,7 +131,7 @@ def _face_width_factor(inputs: PairBlankInput, cones: PitchCones) -> float:
     return (0.5 * outer / sin(cones.pitch_angle_2) - cones.cone_distance_2) / inputs.face_width_gear
 
 
-def _converged(inputs: PairBlankInput, start: _Start) -> PitchCones:
+def _converged(inputs: PairBlankInput, start: _Start) -> tangency.PitchCones:
     """The root of the closure nearest to the start, by Brent's method in a bracket that is extended on both sides."""
     count = 0
 
@@ -162,8 +154,8 @@ def _converged(inputs: PairBlankInput, start: _Start) -> PitchCones:
                 low, high = sorted((edge, new))
                 eta = float(scipy.optimize.brentq(closure, low, high, xtol=1e-17, rtol=8.9e-16))
                 cones = trial(inputs, start, eta)
-                if abs(cones.spiral_1) >= SPIRAL_LIMIT:
-                    raise too_large(inputs.hypoid_offset)
+                if abs(cones.spiral_1) >= tangency.SPIRAL_LIMIT:
+                    raise tangency.too_large(inputs.hypoid_offset)
                 return replace(cones, trials=count)
             edges[upward] = new, value
-    raise too_large(inputs.hypoid_offset)
+    raise tangency.too_large(inputs.hypoid_offset)

@@ -224,31 +224,12 @@ class PairBlank(Reportable):
         return (self.hypoid_offset > 0.0) == (self.pinion.hand == "left")
 
     def to_dict(self) -> dict[str, Any]:
-        """All values as plain numbers, lists and tables.
-
-        Returns: SI units, names of docs/nomenclature.md.
-
-        Examples
-        --------
-        >>> f"{blank('iso23509_f2').to_dict()['module_normal']:.4g} m"
-        '0.003213 m'
-        """
+        """All values as plain numbers, lists and tables: SI units, names of docs/nomenclature.md."""
         plain: dict[str, Any] = finite_or_none(asdict(self))
         return plain
 
     def drawing_table(self) -> Table:
-        """Gear data for the drawings of both members: teeth, angles, depths, thicknesses, mounting, backlash.
-
-        Returns
-        -------
-        Table
-            One row for each quantity with its symbol, unit, and the values of pinion and gear; mm and deg.
-
-        Examples
-        --------
-        >>> efficiency.blank("iso23509_f4").drawing_table().rows[0]
-        ('number of teeth', 'z', '', '9', '34')
-        """
+        """Gear data for the drawings of both members, with symbol and unit (mm, deg)."""
         return drawing_table(self, self.pinion, self.gear)
 
     def sections(self, medium: Medium = "page", *args: Any, **options: Any) -> list[Section]:

@@ -13,19 +13,7 @@ try:
     import regression.cli
     from efficiency.cli import axle, design, gear, new
     from ehl import __version__
-    from ehl.common.console import (
-        AXLE,
-        CONTACT,
-        DESIGN,
-        FORMULA,
-        GEAR,
-        INPUT,
-        PROGRAM,
-        App,
-        JsonOption,
-        print_result,
-        run,
-    )
+    from ehl.common.console import App, JsonOption, print_result, run
 except KeyboardInterrupt:  # Ctrl-C in the first second
     print("mixed-ehl: stopped", file=sys.stderr)
     raise SystemExit(130) from None
@@ -97,9 +85,10 @@ def show_app(
 
 
 # panels and commands of `mixed-ehl --help`, in the order of the work
+FORMULA, DESIGN, GEAR = "Friction formula", "Gear design", "Gear efficiency"
 COMMANDS: tuple[tuple[str, dict[str, Any]], ...] = (
-    (INPUT, {"new": new.new_app, "import": design.import_summary}),
-    (CONTACT, {"solve": ehl.cli.solve, "oil": ehl.cli.oil, "profile": ehl.cli.profile}),
+    ("Input files", {"new": new.new_app, "import": design.import_summary}),
+    ("Contact", {"solve": ehl.cli.solve, "oil": ehl.cli.oil, "profile": ehl.cli.profile}),
     (FORMULA, {"plan": design.plan, "sweep": regression.cli.sweep_app, "fit": regression.cli.fit}),
     (FORMULA, {"mu": regression.cli.mu, "calibrate": regression.cli.calibrate}),
     (DESIGN, {"blank": design.blank, "settings": design.settings, "geometry": gear.geometry}),
@@ -107,8 +96,8 @@ COMMANDS: tuple[tuple[str, dict[str, Any]], ...] = (
     (DESIGN, {"export": design.export}),
     (GEAR, {"gear": gear.gear, "map": gear.map_points, "duty": gear.duty, "compare": gear.compare}),
     (GEAR, {"study": design.study}),
-    (AXLE, {"loss-map": axle.loss_map, "axle-test": axle.axle_test, "axle": axle.axle}),
-    (PROGRAM, {"demo": gear.demo, "app": show_app, "doctor": doctor, "warmup": warmup}),
+    ("Axle", {"loss-map": axle.loss_map, "axle-test": axle.axle_test, "axle": axle.axle}),
+    ("Program", {"demo": gear.demo, "app": show_app, "doctor": doctor, "warmup": warmup}),
 )
 for panel, commands in COMMANDS:
     for name, command in commands.items():

@@ -24,7 +24,6 @@ from ehl.uncertainty.result import LEVEL, Change, InputUncertainty, combined
 if TYPE_CHECKING:
     import pandas
 
-
 HOUR = 3600.0
 _OIL = OPERATION_LIMITS["temperature"]
 _MAX_TORQUE, _MAX_SPEED = (float(OPERATION_LIMITS[name].le or 1e6) for name in ("torque", "speed"))
@@ -244,12 +243,8 @@ class DutyCycle(PointsResult):
         inputs = self.inputs
         total |= {"efficiency": self.efficiency, "efficiency_error": self.efficiency_error}
         total |= {"efficiency_lower": inputs.low, "efficiency_upper": inputs.high}
-        return {
-            "design": self.design,
-            "friction_model": self.friction_model,
-            "oil": self.oil,
-            "status": self.status,
-            "reason": self.reason,
+        head = {name: getattr(self, name) for name in ("design", "friction_model", "oil", "status", "reason")}
+        return head | {
             "total": finite_or_none(total),
             "uncertainty": inputs.to_dict(),
             "rows": finite_or_none(self.rows),

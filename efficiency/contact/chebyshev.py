@@ -76,19 +76,6 @@ class Patch:
             values = np.moveaxis(np.tensordot(_interpolation(count), values, axes=(1, axis)), 0, axis)
         return cls(tuple(fields), u_range, v_range, values)
 
-    @classmethod
-    def fit_points(
-        cls,
-        u_range: tuple[float, float],
-        v_range: tuple[float, float],
-        shape: tuple[int, int],
-        u: FloatArray,
-        v: FloatArray,
-        fields: dict[str, FloatArray],
-    ) -> Patch:
-        """Least-squares fit to values at any points (n,), recommended twice as many as coefficients."""
-        return PointFit(u_range, v_range, shape, u, v)(fields)
-
     def joined(self, other: Patch) -> Patch:
         """The fields of two patches over the same rectangle with the same shape."""
         return replace(
@@ -157,7 +144,7 @@ class Patch:
 
 
 class PointFit:
-    """Least squares on fixed points, factorised once: `Patch.fit_points` for several sets of fields."""
+    """Least-squares fit of patches to values at fixed points (n,), recommended twice as many as coefficients."""
 
     def __init__(
         self,

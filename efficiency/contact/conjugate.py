@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from efficiency.contact.assembly import Assembly
-from efficiency.contact.chebyshev import Patch
+from efficiency.contact.chebyshev import Patch, PointFit
 from efficiency.contact.ease_off import conjugate_points, relative_regularity
 from efficiency.contact.flank_grid import UNDERCUT
 from efficiency.contact.mesh_surface import NORMAL, POSITION
@@ -183,7 +183,7 @@ def conjugate_flank(gear: Flank, blank: Blank, assembly: Assembly, relief: EaseO
         patch = Patch.fit(u_range, v_range, _SHAPE, fields)
         error = max(patch.tail[name] for name in POSITION)
     else:
-        patch = Patch.fit_points(u_range, v_range, _SHAPE, u, v, fields)
+        patch = PointFit(u_range, v_range, _SHAPE, u, v)(fields)
         error = float(np.abs(dot(points.normal, patch(u, v, POSITION) - points.position)).max())
 
     conjugate = conjugate_points(points, assembly)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from efficiency.contact.assembly import Assembly
-from efficiency.contact.chebyshev import Patch
+from efficiency.contact.chebyshev import Patch, PointFit
 from efficiency.contact.ease_off import ConjugatePoints, conjugate_points, ease_off, pinion_phase, relative_regularity
 from efficiency.cutting.flank import Flank, FlankPoints
 from efficiency.cutting.machine import turn
@@ -93,7 +93,7 @@ def _grid(
         """Starting values for Newton's method at the nodes; with fewer points a lower degree is used."""
         shape = _LEAD if some.all() else (4, 3)
         values = dict(zip(("a", "b", "c"), parameters[:, some], strict=True))
-        return Patch.fit_points(u_range, v_range, shape, lead_u[some], lead_v[some], values)(u, v, ("a", "b", "c"))
+        return PointFit(u_range, v_range, shape, lead_u[some], lead_v[some])(values)(u, v, ("a", "b", "c"))
 
     parameters, on_gear = gear.refine(radius, z, spread(lead.parameters, found))
     regular = relative_regularity(gear, parameters, on_gear)
@@ -167,7 +167,7 @@ def regular_part(grid: FlankGrid, parameters: FloatArray, found: BoolArray) -> t
     field = np.append(bound.ravel() - UNDERCUT, 1.0)
     shape = min(10, grid.shape[0]), min(9, grid.shape[1])
     present = np.append(inside.ravel(), True) & found
-    patch = Patch.fit_points(grid.u_range, grid.v_range, shape, grid.u, grid.v, {"regular": field})
+    patch = PointFit(grid.u_range, grid.v_range, shape, grid.u, grid.v)({"regular": field})
     # points without a solution must lie outside, because the fields of the map are extrapolated there
     over = patch(grid.u[~present], grid.v[~present], ("regular",))[0].max(initial=0.0)
     # a larger excess is an error of the fit of the field; map and contact have their own criteria

@@ -23,7 +23,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from efficiency.contact.chebyshev import Patch
+from efficiency.contact.chebyshev import Patch, PointFit
 from efficiency.contact.conjugate import regular_points
 from efficiency.contact.grid_flank import Hand, PointGrid, SmoothFlank, normal_sense, placed_points
 from efficiency.cutting.blank import Blank
@@ -222,7 +222,7 @@ def measured_flank(
     ranges = (-half, half), (-_BEYOND, 1.0 + _BEYOND)
     measured = (float(u.min()), float(u.max())), (float(v.min()), float(v.max()))
     if nominal is None:
-        base = Patch.fit_points(*measured, (3, 3), u, v, {"azimuth": azimuth})
+        base = PointFit(*measured, (3, 3), u, v)({"azimuth": azimuth})
         flank = SmoothFlank(side, blank, sense, base, "", 0.0)
         at, here = flank.points(np.stack([u, h, np.zeros_like(u)])), np.ones(u.size, dtype=bool)
         (reference,) = base(u, v, ("azimuth",))

@@ -178,7 +178,7 @@ class MeshSurface:
         pinion, on_pinion = mark_angles(self.pinion, u1, h1)
         both = on_gear & on_pinion
         fields = {"gear": gear[both], "pinion": pinion[both]}
-        return Patch.fit_points((-half, half), (0.0, 1.0), _MARK_SHAPE, u[both], v[both], fields)
+        return PointFit((-half, half), (0.0, 1.0), _MARK_SHAPE, u[both], v[both])(fields)
 
     @cached_property
     def roll_range(self) -> tuple[float, float]:

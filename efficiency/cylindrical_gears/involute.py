@@ -29,14 +29,7 @@ def involute_angle(value: float) -> float:
 
 @dataclass(frozen=True)
 class InvolutePair:
-    """An external pair; lengths in m, angles in rad, (pinion, gear) where there are two.
-
-    Examples
-    --------
-    >>> pair = InvolutePair((16, 24), 4.5e-3, math.radians(20.0), 0.0, (0.1817, 0.1715), 14e-3)
-    >>> f"{1e3 * pair.centre:.2f} mm, contact ratio {pair.contact_ratio:.2f}"
-    '91.50 mm, contact ratio 1.44'
-    """
+    """An external pair; lengths in m, angles in rad, (pinion, gear) where there are two."""
 
     teeth: tuple[int, int]
     module: float  # normal module m_n

@@ -288,16 +288,7 @@ class AssemblyInput(InputModel):
 
 
 class Design(PairDesign):
-    """A gear pair: the content of a design file.
-
-    Examples
-    --------
-    >>> design = load_design("fm_spiral_bevel_14x39")
-    >>> design.pinion.blank.teeth, design.gear.blank.teeth
-    (14, 39)
-    >>> design.with_misalignment(E=1e-4).assembly.misalignment.E
-    0.0001
-    """
+    """A gear pair: the content of a design file."""
 
     assembly: AssemblyInput
     pinion: MemberInput
@@ -418,11 +409,6 @@ def load_design(name: str | Path) -> Design:
 
     name: name of a shipped design, or path of a TOML file.
     Returns: the design; paths of point files are relative to the folder of the file.
-
-    Examples
-    --------
-    >>> load_design("fh_hypoid_9x34").assembly.hypoid_offset > 0.0
-    True
     """
     path = named_file("design", "designs", name)
     return validate(Design, from_folder(read_toml(path, "design"), path.parent))

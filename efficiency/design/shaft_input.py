@@ -23,7 +23,6 @@ ShaftAngleError = Annotated[
     float, ValueRange("rad", ge=-0.01, le=0.01), Field(validation_alias=AliasChoices("shaft_angle_error", "alpha"))
 ]
 
-
 Row = tuple[float, float, float, float, float]
 _ZERO: Row = (0.0, 0.0, 0.0, 0.0, 0.0)
 

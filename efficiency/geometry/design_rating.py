@@ -162,12 +162,13 @@ def rated_pair(design: Design) -> RatedPair:
         virtual_gears(cones, place, module, heights, two.face_width, alpha, alpha - own, own)
         for alpha, own in zip(map(float, alphas), (limit, -limit), strict=True)
     )
+    cut = [flank.blade.point_radius for flank in design.flanks().of("gear").values() if isinstance(flank, CutFlank)]
     return RatedPair(
         pinion=members[0],
         gear=members[1],
         ratio=1.0 / design.ratio,
         hypoid_offset=design.assembly.hypoid_offset,
-        cutter_radius=_cutter_radius(design),
+        cutter_radius=float(np.mean(cut)) if cut else math.inf,  # without effect if the flanks are given by points
         module_normal=module,
         offset_angle=place.zeta_m,
         offset_angle_pitch_plane=place.zeta_mp,
@@ -180,9 +181,3 @@ def rated_pair(design: Design) -> RatedPair:
         virtual_drive=drive,
         virtual_coast=coast,
     )
-
-
-def _cutter_radius(design: Design) -> float:
-    """Mean radius of the cutter of the gear [m]; infinite, without effect, if its flanks are given by points."""
-    cut = [flank.blade.point_radius for flank in design.flanks().of("gear").values() if isinstance(flank, CutFlank)]
-    return float(np.mean(cut)) if cut else math.inf

@@ -139,7 +139,11 @@ def compare_models(
         fitted = ConstantFriction(reference.friction_coefficient_mean)
         results.append(solve_balanced(loaded, fitted, oil, operation, load_balance))
         names.append(f"{fitted.name}, fitted to {reference.friction_model}")
-    rows = [_mesh_row(name, result) for name, result in zip(names, results, strict=True)]
+    rows = []
+    for name, result in zip(names, results, strict=True):
+        own = {f.name: getattr(result, f.name) for f in fields(ComparisonRow) if hasattr(result, f.name)}
+        regions = tuple(tuple(map(float, row)) for row in loss_by_region(result))
+        rows.append(ComparisonRow(name, "mesh", loss_regions=regions, **own))
     if pitch is not None:
         constants = [COLEMAN_FRICTION] + ([reference.friction_coefficient_mean] if reference is not None else [])
         for label, form in (("Coleman-type", coleman_type), ("Buckingham-type", buckingham_type)):
@@ -195,9 +199,3 @@ def _reference(results: Sequence[EfficiencyResult]) -> EfficiencyResult | None:
                 return result
     fitted = [result for result in able if result.friction_model not in PUBLISHED]
     return next(iter(fitted or able), None)
-
-
-def _mesh_row(name: str, result: EfficiencyResult) -> ComparisonRow:
-    own = {f.name: getattr(result, f.name) for f in fields(ComparisonRow) if hasattr(result, f.name)}
-    regions = tuple(tuple(map(float, row)) for row in loss_by_region(result))
-    return ComparisonRow(name, "mesh", loss_regions=regions, **own)

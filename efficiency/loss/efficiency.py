@@ -228,9 +228,6 @@ def solve_balanced(
 ) -> EfficiencyResult:
     """Efficiency of a mesh with friction in the torque balance, or with only the normal forces.
 
-    loaded: from `load_grids`.
-    friction, oil, operation: as in `mesh_efficiency`.
-    load_balance: whether friction is included in the torque balance.
     many: for one of many points, such as of a map: faster, with a larger stated error of the balance.
     Returns: status ``failed``, reason ``self_locking`` and an efficiency of nan if friction exceeds the torque.
     """

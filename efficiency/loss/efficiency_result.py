@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from efficiency.ltca.shaft_forces import MeshForces
     from efficiency.strength.result import Strength
 
-
 LoadBalance = Literal["frictional", "frictionless"]
 """Forces in the torque balance: normal and friction forces, or only normal forces."""
 Bulk = Literal["estimate", "oil"]
@@ -452,7 +451,6 @@ _PATHS = {
     for f in fields(EfficiencyResult)
     for part in ([p.name for p in fields(_RECORDS[f.name]) if p.repr] if f.name in _RECORDS else [""])
 }
-
 
 GEAR_NOTES: tuple[NoteKind, ...] = (
     # listed before the limits that its sentence also names

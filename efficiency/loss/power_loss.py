@@ -13,7 +13,6 @@ from ehl.common.arrays import FloatArray
 if TYPE_CHECKING:
     from efficiency.loss.efficiency_result import EfficiencyResult
 
-
 HEIGHTS = ("root", "middle", "tip")
 FACES = ("toe", "middle", "heel")
 

@@ -37,7 +37,6 @@ CONTACTS = 8
 # standard deviation of ln(rolling loss): its formula is 0.82 to 1.03 of the smooth solver, viscosity 5 % (this work)
 ROLLING = 0.12
 
-
 LossChanges = tuple[list[Change], Together, Together | None]
 """Changes of ln(loss): with each input at the ends of its interval, with several inputs changed together, and the same
 at fewer points for derivatives."""

@@ -36,7 +36,6 @@ _MIN_LOADED_SHARE = 0.4
 # tuned: length of lines and edges over the approach of the load (this work); may be raised freely
 _MARGIN = 1.2
 
-
 MakeCycle = Callable[[int, int, float | None], tuple[MeshPosition, ...]]
 """Mesh cycle from the numbers of positions and points per contact line, and the reach, as `mesh_cycle`."""
 

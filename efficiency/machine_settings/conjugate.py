@@ -87,7 +87,7 @@ def fit_on_cradle(
         here = [_from_fit(target, fitted) for target, fitted in zip(here, result.flanks, strict=True)]
         screw = following
     assert result is not None
-    if max(_tilt(flank.flank) for flank in result.flanks) > tilt_limit:
+    if max(abs(float(generating.tilt_and_swivel(f.flank).machine.tilt)) for f in result.flanks) > tilt_limit:
         here = [_tilted_back(target, tilt_limit) for target in here]
         held = FreeSettings(_without_axis(free.common), _without_axis(free.own))
         result = fit(here, held.common, held.own)
@@ -99,10 +99,6 @@ def _from_fit(target: TargetFlank, fitted: FittedFlank) -> TargetFlank:
     if root is not None and fitted.root is not None:
         root = replace(root, start=fitted.root.parameters)
     return replace(target, flank=fitted.flank, phase=fitted.phase, parameters=fitted.parameters, root=root)
-
-
-def _tilt(flank: CutFlank) -> float:
-    return abs(float(generating.tilt_and_swivel(flank).machine.tilt))
 
 
 def _tilted_back(target: TargetFlank, limit: float) -> TargetFlank:
@@ -208,12 +204,6 @@ class ConjugateFlankStart:
     error: float  # largest distance between both [m]
 
 
-def pinion_tool(pair: PairDimensions, gear: GearCut) -> generating.ToolPose:
-    """The gear cutter rotated by 180 deg, with its tips at the pinion root at the mean point."""
-    outwards = -gear.tool.axes[:, 2]
-    return generating.ToolPose(gear.tool.centre + _reach(pair) * outwards, gear.tool.axes @ np.diag([1.0, -1.0, -1.0]))
-
-
 def _reach(pair: PairDimensions) -> float:
     """Distance of both tip planes: gear dedendum and pinion dedendum at the mean point [m]."""
     gear, pinion = pair.dedendum_gear, pair.dedendum_pinion
@@ -229,10 +219,12 @@ def conjugate_start(pair: PairDimensions, gear: GearCut, side: FlankSide, grid: 
     conjugate = conjugate_points(points, pair.assembly)
 
     assembly, screw = pair.assembly, gear.screw
-    axis = assembly.pinion_origin[:, 0], assembly.pinion_axis[:, 0]
-    pose = generating.machine_pose(screw.point, screw.direction, *axis, pinion_tool(pair, gear))
+    axis, reach, tool = (assembly.pinion_origin[:, 0], assembly.pinion_axis[:, 0]), _reach(pair), gear.tool
+    # the gear cutter rotated by 180 deg, with its tips at the pinion root at the mean point
+    turned = tool.axes @ np.diag([1.0, -1.0, -1.0])
+    tool = generating.ToolPose(tool.centre - reach * tool.axes[:, 2], turned)
+    pose = generating.machine_pose(screw.point, screw.direction, *axis, tool)
     machine = pose.machine(1.0 / screw.rate, -screw.pitch)
-    reach = _reach(pair)
     angle = cut.blade.blade_angle
     zero = pose.cutter_turn - gear.tool_angle
     depth = pair.dedendum_pinion * float(np.cos(pair.pinion.dedendum_angle))

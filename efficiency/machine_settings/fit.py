@@ -285,16 +285,10 @@ def fit(
 ) -> FitResult:
     """Levenberg-Marquardt fit of one or two flanks.
 
-    Parameters
-    ----------
-    targets : sequence of TargetFlank
-        One flank, or both flanks of a member with one setting.
-    common, own : sequences of FitParameter
-        Common settings of all flanks, and settings of each flank.
-    ridge : float
-        Regularisation towards the start [m per scale].
-    tolerance : float
-        The fit ends if two successive accepted steps reduce the sum of squares by less than this fraction.
+    targets: one flank, or both flanks of a member with one setting.
+    common, own: common settings of all flanks, and settings of each flank.
+    ridge: regularisation towards the start [m per scale].
+    tolerance: the fit ends if two successive accepted steps reduce the sum of squares by less than this fraction.
     """
     parameters = [*common, *own]
     count, flanks = len(common), len(targets)

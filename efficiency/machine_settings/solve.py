@@ -18,16 +18,7 @@ from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.machine import dot, spin
 from efficiency.cutting.process import MODIFIED, MOTIONS, PLAIN, PROCESSES
 from efficiency.design.design import Design
-from efficiency.machine_settings.conjugate import (
-    ConjugateFlankStart,
-    FitGrid,
-    backlash_angle,
-    conjugate_start,
-    fit_on_cradle,
-    grid_on_gear,
-    target_flank,
-    target_relief,
-)
+from efficiency.machine_settings import conjugate
 from efficiency.machine_settings.design_file import PinionFlanks, design_text, ease_off_table, header, written_flank
 from efficiency.machine_settings.fit import PARAMETERS, FitResult, FittedFlank, FreeSettings, fit, measure
 from efficiency.machine_settings.gear import GearCut, PairDimensions, cut_gear, pair_dimensions
@@ -136,12 +127,12 @@ def machine_settings(inputs: SettingsInput | Path | str, transmission: bool = Tr
 @lru_cache(maxsize=4)
 def _start(
     blank_input: PairBlankInput, cutting: Cutting
-) -> tuple[PairDimensions, GearCut, FitGrid, dict[FlankSide, ConjugateFlankStart]]:
+) -> tuple[PairDimensions, GearCut, conjugate.FitGrid, dict[FlankSide, conjugate.ConjugateFlankStart]]:
     """Data that do not depend on the ease-off: blanks, cut gear, conjugate pinion."""
     pair = pair_dimensions(pair_blank(blank_input.model_copy(update={"gear_cutting": cutting.gear})))
     gear = cut_gear(pair, cutting.gear_eccentricity)
-    grid = grid_on_gear(pair, gear)
-    return pair, gear, grid, {side: conjugate_start(pair, gear, side, grid) for side in FLANK_SIDES}
+    grid = conjugate.grid_on_gear(pair, gear)
+    return pair, gear, grid, {side: conjugate.conjugate_start(pair, gear, side, grid) for side in FLANK_SIDES}
 
 
 def _fit(inputs: SettingsInput, scale: dict[FlankSide, float]) -> list[FitResult]:
@@ -165,15 +156,17 @@ def _fit_flanks(inputs: SettingsInput, wanted: tuple[tuple[FlankSide, FlankTarge
     pair, gear, grid, starts = _start(inputs.blank, inputs.cutting)
     free = free_settings(inputs)
     # one setting without blade phase has one rotation of the work: the backlash follows from the point radii
-    thinning = backlash_angle(pair) if free.common and not pair.process.blade_phase else 0.0
+    thinning = conjugate.backlash_angle(pair) if free.common and not pair.process.blade_phase else 0.0
 
     def attempt(weight: float, settings: FreeSettings) -> FitResult:
         flanks = [
-            target_flank(pair, starts[side], scale * target_relief(target, grid.x, grid.y), weight, thinning)
+            conjugate.target_flank(
+                pair, starts[side], scale * conjugate.target_relief(target, grid.x, grid.y), weight, thinning
+            )
             for side, target, scale in wanted
         ]
         if inputs.cutting.machine == "cradle":
-            return fit_on_cradle(pair, flanks, gear.screw, settings, inputs.cutting.tilt_limit)
+            return conjugate.fit_on_cradle(pair, flanks, gear.screw, settings, inputs.cutting.tilt_limit)
         return fit(flanks, settings.common, settings.own)
 
     # if the plain settings are insufficient: more motions, then a larger root error
@@ -230,9 +223,9 @@ def _by_side(fits: list[FitResult]) -> dict[FlankSide, FittedFlank]:
     return found
 
 
-def _uncut(pair: PairDimensions, start: ConjugateFlankStart) -> FittedFlank:
+def _uncut(pair: PairDimensions, start: conjugate.ConjugateFlankStart) -> FittedFlank:
     """The conjugate flank itself, evaluated for undercut only."""
-    target = target_flank(pair, start, np.zeros(start.parameters.shape[1]), 0.0)
+    target = conjugate.target_flank(pair, start, np.zeros(start.parameters.shape[1]), 0.0)
     return measure(target, target.flank, target.phase, target.parameters)
 
 
@@ -266,7 +259,7 @@ def _backlash_turns(pair: PairDimensions, fitted: dict[FlankSide, FittedFlank]) 
         points = flank.flank.points(flank.parameters[:, flank.found])
         spun = spin(points.position)
         # rotation against the outward normal thins the tooth
-        turns[side] = float(np.sign(np.median(dot(points.normal, spun)))) * backlash_angle(pair)
+        turns[side] = float(np.sign(np.median(dot(points.normal, spun)))) * conjugate.backlash_angle(pair)
     return turns
 
 
@@ -281,7 +274,7 @@ def unloaded_mesh(design: Design, side: Side, fitted: FittedFlank) -> Transmissi
     return mesh if mesh.peak_to_peak < _MESHES_ANGLE else None
 
 
-def _undercut(grid: FitGrid, fitted: FittedFlank) -> tuple[UndercutPoint, ...]:
+def _undercut(grid: conjugate.FitGrid, fitted: FittedFlank) -> tuple[UndercutPoint, ...]:
     points = []
     for k in np.flatnonzero(~fitted.found):
         along = "toe" if grid.x[k] < -1 / 3 else "heel" if grid.x[k] > 1 / 3 else "middle"

@@ -37,7 +37,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-
 _LIGHT = "0.8"
 # axes end at this multiple of the start, so that the front remains visible
 _VIEW = 1.6
@@ -196,6 +195,11 @@ def evaluations_table(result: Optimisation) -> Table:
     """Every evaluation of the search, in its order."""
     variables = [v.name for v in result.problem.variables]
     names, front = result.problem.figures, {point.key for point in result.front}
+
+    def exceeded(point: Evaluation) -> str:
+        excess = point.excess(result.allowed).items()
+        return ", ".join(f"{quantities()[name].label} {change_text(share)}" for name, share in excess)
+
     rows = [
         (
             number,
@@ -203,19 +207,13 @@ def evaluations_table(result: Optimisation) -> Table:
             *(point.figures.get(name, math.nan) for name in names),
             state_of(point, result.allowed),
             point.key in front,
-            point.reason or limit_text(point, result.allowed),
+            point.reason or exceeded(point),
             point.seconds,
         )
         for number, point in enumerate(result.evaluations)
     ]
     columns: list[Column | str] = ["number", *map(_variable, variables), *names, "status", "front", "reason", "seconds"]
     return Table(columns, rows, name="evaluations")
-
-
-def limit_text(point: Evaluation, allowed: dict[str, float]) -> str:
-    """Limits that a point exceeds, with the relative excess."""
-    excess = point.excess(allowed).items()
-    return ", ".join(f"{quantities()[name].label} {change_text(share)}" for name, share in excess)
 
 
 def front_table(result: Optimisation) -> Table:

@@ -35,7 +35,6 @@ if TYPE_CHECKING:
 
     from efficiency.loss.compare import Comparison, ComparisonRow
 
-
 MARKERS = "os^vD<>PX*"
 
 

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from efficiency.contact.gear_flanks import GearFlanks, Member
     from efficiency.loss.efficiency_result import EfficiencyResult
 
-
 # least number of lines, and of points on a line, for a field
 _MIN_POINTS = 2
 

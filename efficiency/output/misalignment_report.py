@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-
 _PATTERNS = 7
 _DISTRIBUTED = ("peak_to_peak", *LOADED)
 

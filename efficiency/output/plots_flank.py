@@ -26,14 +26,12 @@ if TYPE_CHECKING:
     from efficiency.cutting.blank import Blank
     from efficiency.output.flank_map import FlankMap
 
-
 _MM = 1e3
 _EDGE = "0.25"
 COLOURS = "viridis"  # of all fields over a flank
 # share of the maximum load per length below which film and friction are replaced by those of neighbouring points,
 # because they diverge for vanishing load
 _CARRIES = 0.03
-
 
 PRESSURE, LOSS = "pressure_hertz", "loss_density"
 # fields with long tails, and fields whose scale does not begin at zero

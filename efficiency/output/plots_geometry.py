@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     from efficiency.design.design import Design
     from efficiency.geometry.pair_geometry import SideGeometry
 
-
 _ROWS, _COLUMNS, _TEETH = 7, 13, 3  # points of a flank, teeth of each member in the view
 _TRACES = 6  # contact lines with their equivalent radius
 _LIGHT = np.array([-0.45, 0.55, 0.55])  # right, up, towards the viewer
@@ -373,15 +372,11 @@ def _member(axes: Axes, blank: Blank, along: FloatArray, out: FloatArray, colour
         )
         axes.fill(*points[[0, 3, 4, 5]].T, facecolor=colour, edgecolor=colour, alpha=0.18, lw=0.8)
         for height, style in ((blank.root(u), ":"), (blank.tip(u), "--"), (0.0 * u, "-")):
-            line = _to_apex(blank, u, height)
-            drawn = (line[1][:, None] * along + sign * line[0][:, None] * out) * _MM
+            # from the apex of the cone to the heel
+            r, at = blank.axial(u, height)
+            apex = at[1] - (at[1] - at[0]) / (r[1] - r[0]) * r[1]
+            line = np.array([apex, at[1]]), np.array([0.0, r[1]])
+            drawn = (line[0][:, None] * along + sign * line[1][:, None] * out) * _MM
             axes.plot(*drawn.T, color=colour, lw=0.8, ls=style, alpha=0.9)
     reach = np.array([min(0.0, float(z.min())) - 0.004, float(z.max()) + 0.012])
     axes.plot(*(reach[:, None] * along * _MM).T, color=GREY, lw=0.9, ls="-.")
-
-
-def _to_apex(blank: Blank, u: FloatArray, height: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Radius and axial position of a cone from its apex to the heel."""
-    radius, z = blank.axial(u, height)
-    slope = (z[1] - z[0]) / (radius[1] - radius[0])
-    return np.array([0.0, radius[1]]), np.array([z[1] - slope * radius[1], z[1]])

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from efficiency.conditions.grid import Grid
     from efficiency.loss.efficiency_result import EfficiencyResult
 
-
 # least number of torques and of speeds for contours
 _CONTOURS = 3
 

@@ -24,7 +24,6 @@ _SHOWN = (
     *("film_specific", "safety_micropitting"),
 )
 
-
 COLUMNS = ("safety_contact", "safety_root_pinion", "safety_root_gear", "temperature_integral", "film_specific")
 
 

@@ -15,15 +15,7 @@ from efficiency.contact.gear_flanks import GearFlanks, Member
 from efficiency.cutting.machine import rotation
 from efficiency.ltca.load_distribution import PositionLoad
 from efficiency.ltca.solid_tooth import SolidTooth, ring_displacements
-from efficiency.strength.hexahedra import (
-    CORNERS_AND_EDGES,
-    FACE,
-    Factors,
-    Real,
-    degrees_of_freedom,
-    element_stiffness,
-    shape_functions,
-)
+from efficiency.strength import hexahedra
 from efficiency.strength.root_mesh import Counts, RootMesh, root_mesh
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
@@ -124,14 +116,14 @@ def root_tooth(
         held |= getattr(mesh, name)
     kept = np.zeros(len(mesh.nodes), bool)
     kept[mesh.left] = kept[mesh.right] = True
-    stiffness = element_stiffness(mesh.nodes[mesh.elements], modulus, poisson, _PRECISION)
-    factors = Factors(mesh.elements, stiffness, mesh.places, kept, held)
+    stiffness = hexahedra.element_stiffness(mesh.nodes[mesh.elements], modulus, poisson, _PRECISION)
+    factors = hexahedra.Factors(mesh.elements, stiffness, mesh.places, kept, held)
     # the loaded flank of the pinion faces the next pair, that of the gear the previous one
     ahead = (1 if side else -1) * (-1 if member == "pinion" else 1)
     read = {k: _Surface(mesh, k) for k in (0, 1)}
     wanted = np.zeros(len(mesh.nodes), bool)
     for surface in read.values():
-        wanted[surface.elements[..., FACE]] = True
+        wanted[surface.elements[..., hexahedra.FACE]] = True
     moved = _ring_solution(mesh, factors, held, wanted, _unit_forces(mesh, side), grid.pitch)
     stress = {
         k: {
@@ -215,11 +207,13 @@ def _unit_forces(mesh: RootMesh, side: int) -> FloatArray:
     points, weights = np.polynomial.legendre.leggauss(3)
     at = np.array([[x, -1.0, z] for x in points for z in points])
     weight = np.outer(weights, weights).ravel()
-    values, slopes = shape_functions(at)
+    values, slopes = hexahedra.shape_functions(at)
     corners = mesh.nodes[elements]
     one, two = (np.einsum("pn,rcnx->rcpx", slopes[..., axis], corners) for axis in (0, 2))
     area = np.cross(one, two)
-    inside = corners[:, :, CORNERS_AND_EDGES[:, 1] == 1].mean(axis=2) - corners[:, :, FACE].mean(axis=2)
+    inside = corners[:, :, hexahedra.CORNERS_AND_EDGES[:, 1] == 1].mean(axis=2) - corners[:, :, hexahedra.FACE].mean(
+        axis=2
+    )
     area *= np.sign(np.einsum("rcpx,rcx->rcp", area, inside))[..., None]
     size = np.linalg.norm(area, axis=-1)
     linear = [(0.5 * (1.0 - at[:, k]), 0.5 * (1.0 + at[:, k])) for k in (0, 2)]
@@ -239,12 +233,12 @@ def _unit_forces(mesh: RootMesh, side: int) -> FloatArray:
 
 def _ring_solution(
     mesh: RootMesh,
-    factors: Factors,
+    factors: hexahedra.Factors,
     held: NDArray[np.bool_],
     wanted: NDArray[np.bool_],
     forces: FloatArray,
     pitch: float,
-) -> dict[int, Real]:
+) -> dict[int, hexahedra.Real]:
     """Displacement (3 nodes, points) of the loaded tooth (0) and of the next in increasing (1) and decreasing azimuth.
 
     The latter has the key -1. Only the displacement of the wanted nodes is complete.
@@ -254,7 +248,7 @@ def _ring_solution(
     position = np.empty(len(mesh.nodes), np.int64)
     position[factors.border] = np.arange(factors.border.size)
     both = np.concatenate(cuts)
-    order = degrees_of_freedom(position[both])
+    order = hexahedra.degrees_of_freedom(position[both])
     side = order.size // 2
     turn = rotation(pitch)
 
@@ -268,15 +262,15 @@ def _ring_solution(
     stiffness = factors.stiffness[np.ix_(order, order)].astype(float)
     stiffness = turned(turned(stiffness, turn.T).T, turn.T)
     around = ring_displacements(
-        stiffness, turned(reduced[degrees_of_freedom(both)].astype(float), turn.T), _RING, _RING
+        stiffness, turned(reduced[hexahedra.degrees_of_freedom(both)].astype(float), turn.T), _RING, _RING
     )
     count = reduced.shape[1]
     whole = np.zeros((reduced.shape[0], 3 * count), reduced.dtype)
     whole[:, :count] = reduced
     for k, j in enumerate((0, 1, -1)):
         ends = np.concatenate([around[j % _RING], around[(j + 1) % _RING]])
-        whole[degrees_of_freedom(both), k * count : (k + 1) * count] = turned(ends, turn)
-    whole[degrees_of_freedom(np.flatnonzero(held))] = 0.0
+        whole[hexahedra.degrees_of_freedom(both), k * count : (k + 1) * count] = turned(ends, turn)
+    whole[hexahedra.degrees_of_freedom(np.flatnonzero(held))] = 0.0
     whole = factors.displacement(whole, wanted)
     return {j: whole[:, k * count : (k + 1) * count] for k, j in enumerate((0, 1, -1))}
 
@@ -287,7 +281,7 @@ class _Surface:
     def __init__(self, mesh: RootMesh, side: int) -> None:
         self.elements = mesh.elements[mesh.surface[side][: mesh.counts.low + _OVER]]  # (o, c, 20)
         self.at = np.array([[x, -1.0, z] for x in (-_GAUSS, _GAUSS) for z in (-_GAUSS, _GAUSS)])
-        values, slopes = shape_functions(self.at)
+        values, slopes = hexahedra.shape_functions(self.at)
         corners = mesh.nodes[self.elements]
         one, two = (np.einsum("pn,ocnx->ocpx", slopes[..., axis], corners) for axis in (0, 2))
         first = one / np.linalg.norm(one, axis=-1)[..., None]
@@ -299,10 +293,10 @@ class _Surface:
         self.slopes = np.einsum("ocpij,pnj->ocpin", np.linalg.inv(metric), slopes[..., [0, 2]])
         self.places = np.einsum("pn,ocnx->ocpx", values, corners)
 
-    def stress(self, moved: Real, modulus: float, poisson: float) -> FloatArray:
+    def stress(self, moved: hexahedra.Real, modulus: float, poisson: float) -> FloatArray:
         """Plane stress (s, p, 3, k) of displacements (3 nodes, k): along the outline, across it, shear [Pa]."""
-        local = moved.reshape(-1, 3, moved.shape[1])[self.elements[..., FACE]]
-        rate = np.einsum("ocpin,ocnxk->ocpixk", self.slopes[..., FACE], local, optimize=True)
+        local = moved.reshape(-1, 3, moved.shape[1])[self.elements[..., hexahedra.FACE]]
+        rate = np.einsum("ocpin,ocnxk->ocpixk", self.slopes[..., hexahedra.FACE], local, optimize=True)
         rate = np.einsum("ocpixk,ocpjx->ocpijk", rate, self.axes, optimize=True)
         one, two, shear = rate[..., 0, 0, :], rate[..., 1, 1, :], rate[..., 0, 1, :] + rate[..., 1, 0, :]
         scale = modulus / (1.0 - poisson**2)

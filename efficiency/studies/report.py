@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-
 _MARKERS = "os^vD<>P"
 # combinations shown: (parameter along the axis, parameter of the lines)
 _CROSSED = (

@@ -42,11 +42,6 @@ def power_loss_40cfr1037(torque_input: float, torque_output: float, speed_wheel:
     torque_input, torque_output: [N m].
     speed_wheel: [rad/s].
     ratio: drive axle ratio [-].
-
-    Examples
-    --------
-    >>> round(power_loss_40cfr1037(845.1, 3000.0, 10.472, 3.731), 1)
-    1602.9
     """
     return torque_input * speed_wheel * ratio - torque_output * speed_wheel
 
@@ -75,12 +70,6 @@ def axle_test_points(
     revolutions_per_mile: tyre revolutions per mile, of the smallest tyre.
     torque_max: rated output torque of the axle [N m].
     Raises `InputError`: an unknown application, a number out of range, no output torque left.
-
-    Examples
-    --------
-    >>> points = axle_test_points("tandem")
-    >>> len(points.torque_output), len(points.speed_wheel)
-    (6, 8)
     """
     if application not in get_args(Application):
         raise InputError("application", application, "single or tandem")

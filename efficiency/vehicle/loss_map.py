@@ -61,13 +61,7 @@ class AxleLosses(Protocol):
 
 @dataclass(frozen=True)
 class SimpleAxleLosses:
-    """Constant drag torque and bearing loss proportional to the pinion torque: T = drag + share |T1| (our model).
-
-    Examples
-    --------
-    >>> SimpleAxleLosses(2.0, 0.005).torque_loss(-300.0, 100.0)
-    3.5
-    """
+    """Constant drag torque and bearing loss proportional to the pinion torque: T = drag + share |T1| (our model)."""
 
     drag: float = 0.0  # drag of bearings, seals and oil at the pinion shaft [N m]
     load_share: float = 0.0  # load-dependent part [-]
@@ -291,13 +285,6 @@ class LossMap(Tabular, LossTable):
 
         Raises `InputError`: an unknown suffix, too few torques or speeds, torques of one sign only for VECTO, a file
         that cannot be written; `ConvergenceError`: a point failed.
-
-        Examples
-        --------
-        >>> import efficiency
-        >>> pair = efficiency.load("fm_spiral_bevel_14x39")
-        >>> found = pair.loss_map("-200:200:3 N m", "500, 1500 rpm", grid=(4, 9))
-        >>> found.write_model("axle.vtlm")  # doctest: +SKIP
         """
         from efficiency.vehicle.map_files import FORMATS
 

@@ -20,11 +20,6 @@ def finite_or_none(value: Any) -> Any:
 
     value: a scalar, or arrays, dicts, lists, tuples and records (dataclasses) of them; arrays and tuples become lists,
         records dicts.
-
-    Examples
-    --------
-    >>> finite_or_none({"a": float("nan"), "b": (1.0, float("inf"))})
-    {'a': None, 'b': [1.0, None]}
     """
     if is_dataclass(value):
         return {field.name: finite_or_none(getattr(value, field.name)) for field in fields(value)}

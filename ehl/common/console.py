@@ -64,7 +64,6 @@ _OPTIONS = {
     "temperatures": "temperature",
 }
 
-
 _UsageError: Any = typer.BadParameter.__base__
 
 
@@ -181,9 +180,6 @@ def _kind(message: str) -> str:
     return "a whole number" if "integer" in message else "a number" if re.search("float|number", message) else message
 
 
-# panels of the commands in `mixed-ehl --help`, in the order of the work
-INPUT, CONTACT, FORMULA = "Input files", "Contact", "Friction formula"
-DESIGN, GEAR, AXLE, PROGRAM = "Gear design", "Gear efficiency", "Axle", "Program"
 # panels of the options of a command, in this order after the unnamed one; at most ten options are not advanced
 OPERATION, OUTPUT, ADVANCED = OPTION_PANELS = ("Operating point", "Output", "Advanced")
 advanced: Any = partial(typer.Option, rich_help_panel=ADVANCED)
@@ -237,7 +233,10 @@ def run(command: Callable[[], object]) -> None:
             command()
         finally:
             log.removeHandler(notes)
-            _flush()
+            try:
+                sys.stdout.flush()  # an error if the disk is full
+            except OSError as error:
+                _stop_output(error)
     except MixedEhlError as error:
         print(f"mixed-ehl: {error}", file=sys.stderr)
         sys.exit(error.exit_code)
@@ -261,14 +260,6 @@ def stop() -> NoReturn:
     sys.exit(STOPPED)
 
 
-def _flush() -> None:
-    """Flush standard output, which raises an error if the disk is full."""
-    try:
-        sys.stdout.flush()
-    except OSError as error:
-        _stop_output(error)
-
-
 def _stop_output(error: OSError) -> NoReturn:
     """Report an error of standard output and exit."""
     with contextlib.suppress(OSError, ValueError):
@@ -282,14 +273,10 @@ def _stop_output(error: OSError) -> NoReturn:
 
 def _last_resort(error: Exception) -> NoReturn:
     """Print one sentence and write a log file with the details."""
-    where = _write_log()
-    print(f"mixed-ehl: program error ({_in_a_line(error)}). {where}", file=sys.stderr)
-    sys.exit(SOFTWARE_FAULT)
-
-
-def _in_a_line(error: Exception) -> str:
     text = " ".join(f"{type(error).__name__}: {error}".split())
-    return text if len(text) <= 200 else text[:200] + "..."
+    text = text if len(text) <= 200 else text[:200] + "..."
+    print(f"mixed-ehl: program error ({text}). {_write_log()}", file=sys.stderr)
+    sys.exit(SOFTWARE_FAULT)
 
 
 def _write_log() -> str:
@@ -355,13 +342,6 @@ def pairs(field: str, texts: list[str] | None) -> dict[str, str]:
 _SUFFIXES = {"report": PAGE, "plot": FIGURE, "xlsx": (".xlsx",), "csv": (".csv",)}
 
 
-def check_suffix(path: Path, field: str, suffix: str = "") -> None:
-    """Raise an `InputError` for a file name with the wrong suffix; those of pages, figures and workbooks are known."""
-    suffixes = (suffix,) if suffix else _SUFFIXES[field]
-    if path.suffix.lower() not in suffixes:
-        raise InputError(field, str(path), "a file name ending in " + " or ".join(suffixes))
-
-
 def check_outputs(outputs: Mapping[str, Path | None], folders: Collection[str] = (), **suffixes: str) -> None:
     """Raise an `InputError` for files that cannot be written; called before a computation.
 
@@ -375,8 +355,9 @@ def check_outputs(outputs: Mapping[str, Path | None], folders: Collection[str] =
     files = given(outputs)
     folders = [field for field in folders if field in files and files[field].suffix not in _SUFFIXES.get(field, ())]
     for field, path in files.items():
-        if field not in folders and (field in suffixes or field in _SUFFIXES):
-            check_suffix(path, field, suffixes.get(field, ""))
+        endings = (suffixes[field],) if field in suffixes else _SUFFIXES.get(field, ())
+        if field not in folders and endings and path.suffix.lower() not in endings:
+            raise InputError(field, str(path), "a file name ending in " + " or ".join(endings))
         kind = "folder" if field in folders else "file"
         if os.path.exists(path) and os.path.isdir(path) != (kind == "folder"):  # Path.is_dir may raise an error
             raise InputError(field, str(path), f"a {kind}", f"This is a {'file' if kind == 'folder' else 'folder'}.")

@@ -77,12 +77,6 @@ def group_notes(said: Iterable[tuple[str, str]], kinds: Sequence[NoteKind] = CON
     said: case and sentence; the case is empty if there is only one.
     kinds: kinds of notes by importance. A sentence is of the first kind whose phrase it contains. Sentences without a
         kind are grouped by their words and follow the others of their grade.
-
-    Examples
-    --------
-    >>> said = [(f"{torque} N m", f"edges carry {share} % of the torque") for torque, share in ((50, 2.5), (90, 3.1))]
-    >>> group_notes(said)
-    [Note(grade='warning', text='edges carry 3.1 % of the torque', count=2, where='90 N m')]
     """
     groups: dict[str, list[tuple[str, str]]] = {}
     for case, text in said:

@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from xlsxwriter.format import Format
     from xlsxwriter.workbook import Workbook
 
-
 _MAX_SHEET_WIDTH, _MAX_SHEET_NAME = 60, 31
 _ASIDE = re.compile(r"<metadata>.*?</metadata>\s*|<!--.*?-->\s*", re.DOTALL)
 _ID, _REFERENCE = re.compile(r' id="([^"]*)"'), re.compile(r'(?:url\(|href=")#([^)"]+)')
@@ -83,15 +82,7 @@ class Reportable:
         return Citation.of(self.references())
 
     def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
-        """Draw the main figure of the result.
-
-        Parameters
-        ----------
-        ax : Axes, optional
-            Matplotlib axes for the main panel; a new pyplot figure if not given.
-        **options
-            As in `sections`.
-        """
+        """Draw the main figure on matplotlib axes `ax` or a new pyplot figure; options as in `sections`."""
         with interactive():
             return self._plot(ax, **options)
 
@@ -100,14 +91,9 @@ class Reportable:
         print_sections(self.sections("terminal", **options))
 
     def report(self, path: Path | str, **options: Any) -> Path:
-        """Write one file.
+        """Write one file: page (.html), workbook (.xlsx), first table (.csv), or all numbers (.json).
 
-        Parameters
-        ----------
-        path : Path or str
-            HTML page, workbook (.xlsx), first table (.csv), or all numbers (.json), by its suffix.
-        **options
-            As in `sections`.
+        Options as in `sections`.
 
         Raises
         ------
@@ -189,14 +175,9 @@ class Reportable:
         return "\n".join(table.html() for table in tables_of(self.sections("terminal")) if table.rows)
 
     def figure(self, name: str | None = None, **options: Any) -> Figure:
-        """One of the figures of the report as a matplotlib figure that is not shown.
+        """A figure of the report by name, or the main one, as a matplotlib figure that is not shown.
 
-        Parameters
-        ----------
-        name : str, optional
-            Name of the figure; the main figure if not given.
-        **options
-            As in `sections`.
+        Options as in `sections`.
 
         Raises
         ------

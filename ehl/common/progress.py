@@ -24,13 +24,7 @@ def duration(seconds: float) -> str:
 
 @dataclass(frozen=True)
 class Progress:
-    """State of a long computation.
-
-    Examples
-    --------
-    >>> print(Progress("contacts", 20, 80, 30.0))
-    contacts 20 of 80, about 30 s left
-    """
+    """State of a long computation."""
 
     step: str  # name of the counted items, such as "contacts"
     # number of finished items, and number of all items

@@ -90,13 +90,7 @@ class Quantity:
 
 
 def format_number(value: float, digits: int = 4) -> str:
-    """A number with the given significant digits, at least all digits before the point; a dash for a non-finite number.
-
-    Examples
-    --------
-    >>> format_number(0.0123456), format_number(98765.4), format_number(1.2e-9), format_number(float("nan"))
-    ('0.01235', '98765', '1.200e-09', '–')
-    """
+    """A number with the given significant digits, at least those before the point; a dash for a non-finite number."""
     if not math.isfinite(value):
         return "–"
     if value == 0.0:
@@ -110,13 +104,7 @@ def format_number(value: float, digits: int = 4) -> str:
 
 
 def rounded(value: float, digits: int) -> float:
-    """A number rounded to significant digits, also before the point.
-
-    Examples
-    --------
-    >>> rounded(7855.0, 2), rounded(0.01234, 2), rounded(0.0, 2)
-    (7900.0, 0.012, 0.0)
-    """
+    """A number rounded to significant digits, also before the point."""
     if value == 0.0 or not math.isfinite(value):
         return value
     return round(value, digits - 1 - math.floor(math.log10(abs(value))))

@@ -23,14 +23,6 @@ class Citation:
     ----------
     entries : dict
         Key to the fields of the entry, including `type` and `uses`.
-
-    Examples
-    --------
-    >>> import ehl
-    >>> result = ehl.Contact(oil="fva3", temperature="80 degC", pressure_hertz="1 GPa", radius_equivalent="15 mm",
-    ...                      speed_entrainment="5 m/s", thermal="off").solve()
-    >>> "johnson_1985" in result.citation().entries
-    True
     """
 
     entries: dict[str, dict[str, Any]]
@@ -49,7 +41,12 @@ class Citation:
     @property
     def bibtex(self) -> str:
         """The entries as BibTeX."""
-        return "\n\n".join(_bibtex(key, entry) for key, entry in self.entries.items())
+        texts = []
+        for key, entry in self.entries.items():
+            fields = [f"  {name} = {{{value}}}" for name, value in entry.items() if name not in _NOT_BIBTEX]
+            kind = _BIBTEX_TYPES.get(entry["type"], entry["type"])
+            texts.append(f"@{kind}{{{key},\n" + ",\n".join(fields) + "\n}")
+        return "\n\n".join(texts)
 
     def __repr__(self) -> str:
         return self.text
@@ -64,11 +61,6 @@ def line(entry: dict[str, Any]) -> str:
     parts = [f"{authors} ({entry['year']})" if authors and "year" in entry else authors, entry["title"]]
     parts += [f"{place} {numbers}".strip() if place else "", f"doi:{entry['doi']}" if "doi" in entry else ""]
     return ". ".join(part.rstrip(".") for part in parts if part) + "."
-
-
-def _bibtex(key: str, entry: dict[str, Any]) -> str:
-    fields = [f"  {name} = {{{value}}}" for name, value in entry.items() if name not in _NOT_BIBTEX]
-    return f"@{_BIBTEX_TYPES.get(entry['type'], entry['type'])}{{{key},\n" + ",\n".join(fields) + "\n}"
 
 
 @cache

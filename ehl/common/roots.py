@@ -15,11 +15,6 @@ def bracketed_root(
 
     low, high: both places with the values there.
     tolerance: of the root, absolute, in addition to four units of its last digit.
-
-    Examples
-    --------
-    >>> round(bracketed_root(lambda x: x**2 - 2.0, (0.0, -2.0), (2.0, 2.0)), 12)
-    1.414213562373
     """
     (b, fb), (a, fa) = low, high
     c, fc, share = b, fb, fa / (fa - fb)

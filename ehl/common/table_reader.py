@@ -81,7 +81,6 @@ _OTHER_NAMES = {
     "force": "normal_force contact_force",
 }
 
-
 Cell = float | int | str | None
 Column = tuple[float, ...] | tuple[str, ...]
 
@@ -134,7 +133,11 @@ def numbered_table(
     missing: bool = False,
 ) -> tuple[dict[str, Column], tuple[int, ...]]:
     """The same as `read_table`, and the number of each row in the file, counted from 1 as editors do."""
-    cells = _read_cells(path, quantities)
+    allowed, workbook = "an existing CSV or XLSX file", path.suffix.lower() in _WORKBOOKS
+    if workbook:
+        cells = _read_xlsx(path, read_bytes(path, "file", allowed))
+    else:
+        cells = _read_csv(path, read_text(path, "file", allowed), quantities)
     if cells.empty:
         raise InputError(path.name, "no rows", "a header and at least one row")
     heads = _heads(cells, quantities)
@@ -145,7 +148,7 @@ def numbered_table(
         heads = heads[:1]
         _check_names(path, heads[0], quantities)
     _require(path, heads[0], required, quantities)
-    if not foreign and path.suffix.lower() not in _WORKBOOKS:
+    if not foreign and not workbook:
         _check_width(path, cells, len(heads[0].names))
     found: dict[str, list[Any]] = {}
     numbers: list[int] = []
@@ -440,14 +443,6 @@ def _number(cell: Cell, unit: str | None, quantity: ValueRange, where: str, bare
     return quantity.check(value, where, bare=bare or not quantity.unit)
 
 
-def _read_cells(path: Path, quantities: Mapping[str, ValueRange | None]) -> pd.DataFrame:
-    """The cells of a file as they are, in rows numbered as in the file from 1; without empty rows."""
-    allowed = "an existing CSV or XLSX file"
-    if path.suffix.lower() in _WORKBOOKS:
-        return _read_xlsx(path, read_bytes(path, "file", allowed))
-    return _read_csv(path, read_text(path, "file", allowed), quantities)
-
-
 def _check_size(path: Path, rows: int, columns: int) -> None:
     """Raise an `InputError` for a table that is too large; `columns` is the width of the widest row."""
     for found, most, what in ((rows, MAX_ROWS, "rows"), (columns, MAX_COLUMNS, "columns")):
@@ -550,7 +545,8 @@ def _xlsx_rows(path: Path, sheet: Any) -> dict[int, list[Cell]]:
     for number, cells in enumerate(sheet.iter_rows(values_only=True), 1):
         if number > _SHEET_ROWS:  # a row may state any number, and the reader fills up to it
             raise InputError("file", str(path), f"rows numbered up to {_SHEET_ROWS}, as XLSX has them")
-        row = ["" if cell is None else _cell(cell) for cell in cells]
+        # dates and truth values become text, so that an error shows what stands there
+        row = ["" if x is None else x if type(x) in (float, int, str) else str(x) for x in cells]
         while row and row[-1] == "":
             row.pop()
         if row:
@@ -558,11 +554,6 @@ def _xlsx_rows(path: Path, sheet: Any) -> dict[int, list[Cell]]:
             width = max(width, len(row))
             _check_size(path, len(rows), width)
     return rows
-
-
-def _cell(cell: object) -> Cell:
-    """Numbers and texts as they are; dates and truth values as text, so that an error shows what stands there."""
-    return cell if isinstance(cell, (int, float, str)) and not isinstance(cell, bool) else str(cell)
 
 
 def harmless(value: Cell) -> Cell:

@@ -177,7 +177,6 @@ _ANY_CASE = (
 # fields whose unit is never parsed by pint, where another spelling may have another meaning
 _CLOSED = ("", "rad/s", "N*m", "rad")
 
-
 # signs that look alike: degrees, primes, fractions, minus; blanks of no width
 _ALIKE = str.maketrans(
     dict.fromkeys("\u00ba\u02da", "°")
@@ -361,12 +360,7 @@ def _near_unit(typed: str, unit: str, hint: str = "The unit could not be read.")
 
 @dataclass(frozen=True)
 class ValueRange:
-    """Annotation of a pydantic float field: SI unit and range of its values.
-
-    Examples
-    --------
-    ``radius: Annotated[float, ValueRange("m", gt=0.0, le=10.0)]``
-    """
+    """Annotation of a pydantic float field: SI unit and range of its values."""
 
     unit: str  # SI unit; ``""`` for a number without dimension
     # bounds in `unit`

@@ -34,7 +34,6 @@ FEATURES = (
     *("sse", "sse2", "sse3", "sse4.1", "sse4.2", "ssse3", "xsave"),
 )
 
-
 # versions of numba whose private interfaces `ehl.compile.internals` was tested with
 TESTED = ((0, 61), (0, 69))
 

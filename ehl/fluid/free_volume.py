@@ -14,18 +14,8 @@ from pydantic import Field
 from ehl.common.arrays import FloatArray
 from ehl.common.units import KELVIN, ValueRange
 from ehl.common.validation import InputModel
+from ehl.fluid import viscosity
 from ehl.fluid.density import Murnaghan, Tait
-from ehl.fluid.viscosity import (
-    MEASURED_DEVIATION,
-    AlphaValue,
-    DynamicViscosity,
-    Expansion,
-    Positive,
-    Temperature,
-    pole_growth,
-    vogel_1921,
-    vogel_slope,
-)
 
 LAST_DEPTH = 0.5  # share of the way from the glass transition to the pole above which the tangent is used
 _REST = 2e-13  # slope where the original form would decrease, so that ln eta remains monotone [1/Pa]
@@ -44,18 +34,18 @@ class _Yasutomi(InputModel):
     choice).
     """
 
-    deviation: ClassVar[float] = MEASURED_DEVIATION
-    viscosity_glass: DynamicViscosity = 1e12
+    deviation: ClassVar[float] = viscosity.MEASURED_DEVIATION
+    viscosity_glass: viscosity.DynamicViscosity = 1e12
     Tg0: GlassTemperature
     A1: Difference
     A2: PerPressure
-    C1: Positive
+    C1: viscosity.Positive
     C2: Difference
 
     def log_viscosity(self, pressure: FloatArray, temperature: FloatArray) -> FloatArray:
         """ln eta, eta in Pa s, at pressures [Pa] and temperatures [K]."""
         held = self._held(pressure, temperature)
-        growth, _ = pole_growth(-self._distance(held, temperature) / self.C2, LAST_DEPTH)
+        growth, _ = viscosity.pole_growth(-self._distance(held, temperature) / self.C2, LAST_DEPTH)
         rest = _REST * (pressure - held)
         return np.asarray(np.log(self.viscosity_glass) + math.log(10.0) * self.C1 * growth + rest)
 
@@ -74,7 +64,7 @@ class _Yasutomi(InputModel):
         return np.asarray(self._by_distance(pressure, temperature) * self._factor(pressure)[0])
 
     def _by_distance(self, pressure: FloatArray, temperature: FloatArray) -> FloatArray:
-        _, slope = pole_growth(-self._distance(pressure, temperature) / self.C2, LAST_DEPTH)
+        _, slope = viscosity.pole_growth(-self._distance(pressure, temperature) / self.C2, LAST_DEPTH)
         return np.asarray(-math.log(10.0) * self.C1 / self.C2 * slope)
 
     def _above_glass(self, pressure: FloatArray, temperature: FloatArray) -> FloatArray:
@@ -113,7 +103,7 @@ class OriginalYasutomi(_Yasutomi):
     """
 
     law: Literal["yasutomi_original"] = "yasutomi_original"
-    B1: Positive
+    B1: viscosity.Positive
     B2: PerPressure
 
     def _factor(self, pressure: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -121,12 +111,8 @@ class OriginalYasutomi(_Yasutomi):
         return 1.0 - self.B1 * np.log(inside), -self.B1 * self.B2 / inside
 
     def _held(self, pressure: FloatArray, temperature: FloatArray) -> FloatArray:
-        return np.minimum(pressure, pressure_of_largest(self, temperature))
-
-
-def pressure_of_largest(law: OriginalYasutomi, temperature: FloatArray) -> FloatArray:
-    """Pressure of the largest viscosity of the original form [Pa]; `temperature` in K."""
-    return np.asarray(np.interp(temperature, _TEMPERATURES, _largest(law)))
+        """The pressure, at most that of the largest viscosity of the original form [Pa]; `temperature` in K."""
+        return np.minimum(pressure, np.interp(temperature, _TEMPERATURES, _largest(self)))
 
 
 @lru_cache(maxsize=32)
@@ -159,22 +145,22 @@ class Doolittle(InputModel):
     of state, (V/V0)(p, T) (1 + aV (T - TR)). Above y = 0.93 the law is continued by its tangent in y (own choice).
     """
 
-    deviation: ClassVar[float] = MEASURED_DEVIATION
+    deviation: ClassVar[float] = viscosity.MEASURED_DEVIATION
     law: Literal["doolittle"] = "doolittle"
     # etaR [Pa s] at TR [K] and ambient pressure
-    viscosity_reference: DynamicViscosity
-    temperature_reference: Temperature
+    viscosity_reference: viscosity.DynamicViscosity
+    temperature_reference: viscosity.Temperature
     # [-]
-    B: Positive
+    B: viscosity.Positive
     R0: Annotated[float, ValueRange("", gt=0.0, lt=0.9)]
     # eps and aV [1/K]
-    epsilon: Expansion
-    volume_expansion: Expansion
+    epsilon: viscosity.Expansion
+    volume_expansion: viscosity.Expansion
     state: Annotated[Tait | Murnaghan, Field(discriminator="law")]  # V/V0 over pressure
 
     def log_viscosity(self, pressure: FloatArray, temperature: FloatArray) -> FloatArray:
         """ln eta, eta in Pa s, at pressures [Pa] and temperatures [K]."""
-        growth, _ = pole_growth(self._share(pressure, temperature), LAST_OCCUPIED)
+        growth, _ = viscosity.pole_growth(self._share(pressure, temperature), LAST_OCCUPIED)
         at_reference = self.R0 / (1.0 - self.R0)
         return np.asarray(np.log(self.viscosity_reference) + self.B * (growth - at_reference))
 
@@ -183,7 +169,7 @@ class Doolittle(InputModel):
         share = self._share(pressure, temperature)
         state = self.state.at(temperature)
         share_p = share * state.slope(pressure) / state.ratio(pressure)
-        return np.asarray(self.B * pole_growth(share, LAST_OCCUPIED)[1] * share_p)
+        return np.asarray(self.B * viscosity.pole_growth(share, LAST_OCCUPIED)[1] * share_p)
 
     def by_temperature(self, pressure: FloatArray, temperature: FloatArray) -> FloatArray:
         """d ln eta/dT [1/K]."""
@@ -193,7 +179,9 @@ class Doolittle(InputModel):
         state = self.state.at(temperature)
         # V/V0 depends on p/K0(T) only, and K0 decreases as exp(-betaK T)
         softer = self.state.betaK * pressure * state.slope(pressure) / state.ratio(pressure)
-        return np.asarray(self.B * pole_growth(share, LAST_OCCUPIED)[1] * share * (occupied - volume + softer))
+        return np.asarray(
+            self.B * viscosity.pole_growth(share, LAST_OCCUPIED)[1] * share * (occupied - volume + softer)
+        )
 
     def _share(self, pressure: FloatArray, temperature: FloatArray) -> FloatArray:
         over = temperature - self.temperature_reference
@@ -208,17 +196,17 @@ class McEwenPaluch(InputModel):
     0.9 pinf the exponent is continued by its tangent in p/pinf (own choice).
     """
 
-    deviation: ClassVar[float] = MEASURED_DEVIATION
+    deviation: ClassVar[float] = viscosity.MEASURED_DEVIATION
     law: Literal["mcewen_paluch"] = "mcewen_paluch"
     # of `vogel_1921` [Pa s, K, K]
-    K: DynamicViscosity
+    K: viscosity.DynamicViscosity
     B: float
     C: float
     # a40 [1/Pa] and beta_a [1/K]
-    a0: AlphaValue
-    a0_fall: Expansion = 0.0
+    a0: viscosity.AlphaValue
+    a0_fall: viscosity.Expansion = 0.0
     # exponent and fragility [-]
-    q: Positive
+    q: viscosity.Positive
     CF: Annotated[float, ValueRange("", ge=0.0, le=1e3)]
     # pinf at 40 degC [Pa] and its rise [Pa/K]
     pinf: Annotated[float, ValueRange("Pa", ge=1e8, le=1e12)]
@@ -228,20 +216,20 @@ class McEwenPaluch(InputModel):
         """ln eta, eta in Pa s, at pressures [Pa] and temperatures [K]."""
         initial, end = self._at(temperature)
         rise = self.q * np.log(1.0 + initial * pressure / self.q)
-        growth, _ = pole_growth(pressure / end, LAST_SHARE)
-        return np.asarray(np.log(vogel_1921(temperature, self.K, self.B, self.C)) + rise + self.CF * growth)
+        growth, _ = viscosity.pole_growth(pressure / end, LAST_SHARE)
+        return np.asarray(np.log(viscosity.vogel_1921(temperature, self.K, self.B, self.C)) + rise + self.CF * growth)
 
     def by_pressure(self, pressure: FloatArray, temperature: FloatArray) -> FloatArray:
         """d ln eta/dp [1/Pa]."""
         initial, end = self._at(temperature)
-        _, growth = pole_growth(pressure / end, LAST_SHARE)
+        _, growth = viscosity.pole_growth(pressure / end, LAST_SHARE)
         return np.asarray(initial / (1.0 + initial * pressure / self.q) + self.CF * growth / end)
 
     def by_temperature(self, pressure: FloatArray, temperature: FloatArray) -> FloatArray:
         """d ln eta/dT [1/K]."""
         initial, end = self._at(temperature)
-        _, growth = pole_growth(pressure / end, LAST_SHARE)
-        thinning = vogel_slope(temperature, self.B, self.C)
+        _, growth = viscosity.pole_growth(pressure / end, LAST_SHARE)
+        thinning = viscosity.vogel_slope(temperature, self.B, self.C)
         fall = self.a0_fall * initial * pressure / (1.0 + initial * pressure / self.q)
         return np.asarray(-thinning - fall - self.CF * growth * pressure * self.pinf_rise / end**2)
 

@@ -44,11 +44,6 @@ class FilmConductivity(InputModel):
     read in public codes that cite the paper, not in the paper itself. Files may name a family of oils instead.
 
     c1, c2: constants [1/Pa].
-
-    Examples
-    --------
-    >>> round(PAO(1e9, 0.14) / 0.14, 3)
-    2.045
     """
 
     c1: PerPressure

@@ -17,7 +17,6 @@ from ehl.fluid.viscosity import GOLD_COEFFICIENTS, TEMPERATURE_RANGE, RoelandsLa
 if TYPE_CHECKING:
     from ehl.fluid.oil import Oil
 
-
 _KEPT: dict[tuple[Any, ...], Any] = {}  # cache by the properties of a card
 _MOST_KEPT = 512
 

@@ -53,11 +53,6 @@ def astm_d2270(viscosity_40: float, viscosity_100: float) -> float:
         VI = 100 (L - U)/(L - H) up to 100,  VI = 100 + (10^N - 1)/0.00715,  N = ln(H/U)/ln(Y) above
 
     viscosity_40, viscosity_100: kinematic viscosity at 40 and 100 degC, U and Y [m2/s]; Y of at least 2 cSt.
-
-    Examples
-    --------
-    >>> round(astm_d2270(73.30e-6, 8.86e-6)), round(astm_d2270(22.83e-6, 5.05e-6))
-    (92, 156)
     """
     if viscosity_100 < LOWEST:
         raise InputError("viscosity_100", viscosity_100, "at least 2 cSt, the lower limit of the viscosity index")
@@ -143,7 +138,6 @@ OIL_FAMILIES = {
         ("pg_1_1", "pg_0_1", "pg_kom1", "pg_kom2"),
     ),
 }  # fmt: skip
-
 
 # Shear properties by base oil, for oils whose card has none (docs/shear.md).
 STRESS_TEMPERATURE = 40.0 + KELVIN

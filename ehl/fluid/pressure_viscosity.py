@@ -71,13 +71,6 @@ def alpha_of(law: PressureLaw, definition: AlphaDefinition) -> Any:
 
     law: law of `ehl.fluid.viscosity` or `Lubricant.pressure_law`; its inlet temperature may be an array.
     Returns: [1/Pa]; a float for one inlet temperature.
-
-    Examples
-    --------
-    >>> from ehl.fluid.viscosity import RoelandsLaw
-    >>> law = RoelandsLaw(0.0106, 11.91e-9, 373.15, 0.03)
-    >>> [round(float(alpha_of(law, definition)) * 1e9, 2) for definition in DEFINITIONS]
-    [11.91, 9.68, 9.6, 10.09]
     """
     found = _ALPHAS[definition](law)
     return float(found[0]) if found.shape == (1,) else found
@@ -124,11 +117,6 @@ def roelands_slope(secant: Any, viscosity: Any) -> Any:
 
     secant: L(0.2 GPa)/0.2 GPa [1/Pa].
     viscosity: eta0 [Pa s]; A = ln eta0 + 9.67.
-
-    Examples
-    --------
-    >>> round(float(roelands_slope(9.68e-9, 0.0106)) * 1e9, 2)
-    11.91
     """
     height = np.log(viscosity) + ROELANDS_LOG_VISCOSITY
     exponent = np.log(1.0 + SECANT_PRESSURE * secant / height) / math.log(1.0 + SECANT_PRESSURE / ROELANDS_PRESSURE)

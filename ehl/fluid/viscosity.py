@@ -42,7 +42,6 @@ GOLD_COEFFICIENTS: dict[str, tuple[float, float]] = {
     "ester": (6.605, 0.1360),
 }
 
-
 # tuned: default standard deviation of ln(eta/eta0) (own estimate). The Roelands law with the measured slope or secant
 # deviates by -19 to +13 % at 0.8 GPa over seven oils
 ROELANDS_DEVIATION = 0.12
@@ -60,11 +59,6 @@ def walther_1931(temperature: Values, viscosity_40: float, viscosity_100: float)
     temperature: temperature [K].
     viscosity_40, viscosity_100: kinematic viscosity at 40 and 100 degC [m2/s].
     Returns kinematic viscosity [m2/s].
-
-    Examples
-    --------
-    >>> round(1e6 * walther_1931(333.15, 96.9e-6, 11.8e-6), 2)
-    40.33
     """
     m, n = _walther_constants(viscosity_40, viscosity_100)
     viscosity: Values = (10.0 ** (10.0 ** (m - n * np.log10(temperature))) - 0.7) * 1e-6

@@ -198,11 +198,6 @@ class Finish:
         ------
         InputError
             As in `ehl.measured_surface`.
-
-        Examples
-        --------
-        >>> import ehl
-        >>> card = ehl.Finish.from_profile("flank.csv", unit_height="um").to_toml()  # doctest: +SKIP
         """
         from ehl.surface.measured_surface import MeasuredSurface, measured_surface
 
@@ -257,12 +252,7 @@ class Finish:
         return np.asarray(np.clip(length * ratio**LENGTH_POWER, *limits))
 
     def with_rms(self, rms: float) -> Finish:
-        """The finish with a measured Rq, with a range of 20 %, and its correlation length at this Rq (`length_at`).
-
-        Parameters
-        ----------
-        rms : float
-            Rq [m].
+        """The finish with a measured Rq [m], with a range of 20 %, and its correlation length at it (`length_at`).
 
         Examples
         --------
@@ -288,17 +278,7 @@ class Additive(InputModel):
 
     @classmethod
     def load(cls, name: str) -> Additive:
-        """A shipped additive class.
-
-        name: one of `ehl.shipped("additives")`.
-        Raises `InputError`: there is no such class; the message lists the available ones.
-
-        Examples
-        --------
-        >>> from ehl.surface.finish import Additive
-        >>> Additive.load("EP").boundary_film.high
-        6e-08
-        """
+        """A shipped additive class, one of `ehl.shipped("additives")`; `InputError` if there is none of the name."""
         return load_shipped(cls, "additives", name, "additive")
 
 
@@ -329,12 +309,6 @@ def printed_correlation_length(
     rdq: RMS slope [-].
     sal: autocorrelation length of ISO 25178 (threshold 0.2) [m].
     Raises `InputError`: the parameters contradict one another.
-
-    Examples
-    --------
-    >>> from ehl.surface.finish import printed_correlation_length
-    >>> round(1e6 * printed_correlation_length(1.06e-6, rsm=90e-6, rdq=0.111), 1)
-    18.0
     """
     if rsm is not None and rdq is not None:
         found, (low, high) = rsm * rdq / rms, SPACING_TIMES_SLOPE
@@ -364,13 +338,6 @@ def lay_seen(correlation_length: float, lay_ratio: float, angle: ArrayLike) -> t
     lay_ratio: r, correlation length along the marks over that across them [-].
     angle: between marks and contact line [rad]; 0 for marks across the motion.
     Returns l_x [m] and gamma [-].
-
-    Examples
-    --------
-    >>> from ehl.surface.finish import lay_seen
-    >>> length, gamma = lay_seen(20e-6, 5.0, 0.0)
-    >>> float(length), float(gamma)
-    (2e-05, 5.0)
     """
     across, along = np.cos(np.asarray(angle)) ** 2, np.sin(np.asarray(angle)) ** 2
     x = across + along / lay_ratio**2
@@ -391,13 +358,6 @@ def with_lay_ratio(
         marks along the motion.
     lay_ratio, changed: r before and after [-].
     Returns l_x [m], and gamma of at least 1/3 [-].
-
-    Examples
-    --------
-    >>> from ehl.surface.finish import lay_seen, with_lay_ratio
-    >>> length, gamma = with_lay_ratio(*lay_seen(20e-6, 5.0, 0.4), lay_ratio=5.0, changed=9.0)
-    >>> round(float(gamma), 3) == round(float(lay_seen(20e-6, 9.0, 0.4)[1]), 3)
-    True
     """
     gamma, r = np.asarray(peklenik_number, dtype=float), 1.0 / lay_ratio**2
     across = np.ones_like(gamma)
@@ -436,13 +396,6 @@ def surface_uncertainty(
     Returns `roughness_rms`, `correlation_length`, `skewness`, `peklenik_number`, `boundary_film`, `boundary_friction`;
         `sigma` is the standard deviation of the logarithm, for skewness that of the value.
     Raises `InputError`: there is no such finish, state or additive.
-
-    Examples
-    --------
-    >>> from ehl.surface.finish import surface_uncertainty
-    >>> surface = surface_uncertainty(finish="ground", finish_state="run_in")
-    >>> round(surface["roughness_rms"].sigma, 2)
-    0.29
     """
     chemistry = Additive.load(additive)
     film: Figure = chemistry.boundary_film

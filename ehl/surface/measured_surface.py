@@ -23,7 +23,6 @@ from ehl.surface.roughness import measured_correlation_length, moments
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-
 # ISO 4288, ISO 3274 (unverified): upper limit of Ra, long cut-off and short cut-off [m]
 STANDARD_CUTOFFS = (
     (2e-8, 8e-5, 2.5e-6),

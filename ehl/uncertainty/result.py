@@ -21,7 +21,6 @@ from ehl.common.table import Column, Table
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-
 LEVEL = 0.90
 _BARS = 12  # largest number of bars of a figure
 
@@ -67,7 +66,6 @@ def combined(changes: Sequence[Change]) -> tuple[FloatArray, FloatArray]:
 # change of ln(friction) with several inputs shifted together; each case has the scores of the inputs by name, in units
 # of the score of the level
 Together = Callable[[Sequence[Mapping[str, float]]], Sequence[float]]
-
 
 # tuned: 89 to 94 % of random draws of all inputs lie in the interval of a contact (docs/uncertainty.md); more repeats
 # cost more and give wider intervals
@@ -160,14 +158,7 @@ class UncertaintySource:
 
 @dataclass(frozen=True, repr=False)
 class InputUncertainty(TableResult):
-    """Interval of a result by the uncertainty of its inputs, without the error of the solver.
-
-    Examples
-    --------
-    >>> change = Change("viscosity", "oil", 0.1, -0.2, 0.2)
-    >>> InputUncertainty.of("friction_coefficient", 0.05, [change], lambda ln: 0.05 * math.exp(ln))
-    InputUncertainty(friction coefficient 0.05 (0.04094 to 0.06107), of which oil 0.01007)
-    """
+    """Interval of a result by the uncertainty of its inputs, without the error of the solver."""
 
     name: str  # of the result (`efficiency`, `friction_coefficient`)
     # the result and its interval, SI

@@ -68,11 +68,6 @@ class Spread:
     """Standard deviation of a number.
 
     Raises `InputError`: it is negative or not finite.
-
-    Examples
-    --------
-    >>> round(Spread(0.15).at(0.4e-6, 1.0) * 1e6, 3)
-    0.465
     """
 
     sd: float  # of the logarithm ("relative"), or of the number in SI units ("absolute")
@@ -145,11 +140,6 @@ class UncertaintyInput(InputModel):
     """Table [uncertainty]: standard deviations of inputs that replace those of oil card, finish and program.
 
     Relative values are standard deviations of the logarithm: 0.1 is about 10 %. An exact input has 0.
-
-    Examples
-    --------
-    >>> UncertaintyInput(roughness_rms=0.05).spread("roughness_rms").sd
-    0.05
     """
 
     # of the increase of ln eta with pressure, relative [-]; default: oil card, as for the next four

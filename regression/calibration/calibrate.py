@@ -47,7 +47,6 @@ from regression.calibration.setup import RISING, SURFACE, CalibrationSetup, star
 if TYPE_CHECKING:
     import pandas as pd
 
-
 PROFILE_CALLS = 6000  # largest number of smooth solutions for which profiles are computed by default
 MAX_MISFIT = 0.1  # without stated noise: RMS over mean friction above which the misfit is an error of the model
 # RMS over mean friction above which the model does not describe the rows: a card on request only
@@ -145,13 +144,7 @@ class Calibration(Reportable):
         return f"the misfit (RMS) is {100.0 * self.misfit_share:.2g} % of the mean friction; {most}"
 
     def save_card(self, path: str | PathLike[str], *, force: bool = False) -> Oil:
-        """Write the calibrated oil card.
-
-        path: a file ending in .toml; its stem is the name of the card.
-        force: as in `card`.
-        Returns: the card.
-        Raises `InputError`: the file cannot be written; `MisfitTooLarge`: as in `card`.
-        """
+        """Write the `card`, named by the stem of the path (.toml), and return it; `InputError` if that fails."""
         from ehl.fluid.oil_sheet import write_card
 
         card = self.card(Path(path).stem, force=force)

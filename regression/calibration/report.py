@@ -46,13 +46,14 @@ def calibrated_card(name: str, result: Calibration, date: datetime.date) -> Oil:
     oil_values = {name: value for name, value in result.values.items() if name in moved and name not in SURFACE}
     card = card_with(base, oil_values, reference_temperature(measurement))
     used = [i for i in range(measurement.size) if measurement.row_numbers[i] not in result.excluded]
+    stress = "rising" if setup.rising else "constant"
     record = CalibrationRecord(
         file=measurement.name,
         file_hash=measurement.file_hash,
         date=date.isoformat(),
         solver_version=SOLVER,
         card=setup.oil,
-        model=_model_words(setup),
+        model=f"{setup.model.accuracy}, thermal {setup.model.thermal}, {stress} Eyring stress",
         geometry=_geometry_words(setup),
         coating=setup.specimens.coating,
         rows_used=len(used),
@@ -93,11 +94,6 @@ def _deviations(base: Oil, fitted: Mapping[str, CalibratedValue]) -> dict[str, f
             sd = math.log(value.interval_high / value.interval_low) / (2.0 * score_of(0.95))
             found[own] = min(max(sd, getattr(base.uncertainty, own), found.get(own, 0.0)), 1.0)
     return found
-
-
-def _model_words(setup: CalibrationSetup) -> str:
-    stress = "rising" if setup.rising else "constant"
-    return f"{setup.model.accuracy}, thermal {setup.model.thermal}, {stress} Eyring stress"
 
 
 def _geometry_words(setup: CalibrationSetup) -> str:

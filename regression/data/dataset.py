@@ -114,18 +114,7 @@ class Dataset(TableResult, Tabular):
         return self.frame.rename(columns={name: f"{name} [{unit}]" for name, unit in self.units.items() if unit})
 
     def save(self, path: str | Path) -> None:
-        """Write the cases as CSV with the units in the second line.
-
-        Parameters
-        ----------
-        path : str or Path
-            File to write.
-
-        Raises
-        ------
-        InputError
-            The file cannot be written.
-        """
+        """Write the cases as CSV with the units in the second line; `InputError` if that is not possible."""
         target = Path(path)
         units = [self.units.get(str(name), "") or "1" for name in self.frame]
         frame = self.frame.copy()
@@ -168,14 +157,8 @@ class Dataset(TableResult, Tabular):
 
 # main quantities of a dataset
 _SUMMARY = (
-    "pressure_hertz",
-    "radius_equivalent",
-    "speed_entrainment",
-    "slide_to_roll_total",
-    "temperature_oil",
-    "roughness_rms",
-    "film_ratio",
-    "friction_coefficient",
+    *("pressure_hertz", "radius_equivalent", "speed_entrainment", "slide_to_roll_total"),
+    *("temperature_oil", "roughness_rms", "film_ratio", "friction_coefficient"),
 )
 
 

@@ -30,29 +30,11 @@ from regression.friction.conditions import LUBRICANT_UNITS, STATE_UNITS
 
 OUTPUT_UNITS = si_units(
     (
-        "friction_coefficient",
-        "friction_fluid",
-        "friction_asperity",
-        "film_central",
-        "film_min",
-        "pressure_max",
-        "film_ratio",
-        "asperity_load_share",
-        "roughness_load_share",
-        "rolling_traction",
-        "temperature_film_max",
-        "temperature_flash",
-        "film_error",
-        "friction_error",
-        "mesh_error",
-        "statistical_error",
-        "friction_boundary_half",
-        "friction_boundary_double",
-        "iterations",
-        "boundary_film",
-        "travel",
-        "nodes",
-        "steps",
+        *("friction_coefficient", "friction_fluid", "friction_asperity", "film_central", "film_min"),
+        *("pressure_max", "film_ratio", "asperity_load_share", "roughness_load_share", "rolling_traction"),
+        *("temperature_film_max", "temperature_flash", "film_error", "friction_error", "mesh_error"),
+        *("statistical_error", "friction_boundary_half", "friction_boundary_double", "iterations", "boundary_film"),
+        *("travel", "nodes", "steps"),
     )
 )
 # of the rough surfaces; a formula may use the correlation length

@@ -31,7 +31,6 @@ class FortranPrinter(Printer):
 # NaN goes through: what max and min do with it is left to the compiler
 _HELPERS = {"maximum": ("larger", ">"), "minimum": ("smaller", "<")}
 
-
 # digits of whole numbers as text, which takes a third of the lines of a list of numbers; no quote and no backslash
 _DIGITS = "".join(chr(code) for code in range(35, 125) if chr(code) != "\\")
 _BASE = len(_DIGITS)

@@ -39,7 +39,6 @@ function result = smaller(a, b)
 end""",
 }
 
-
 _ROWS = """
 function [x, shape] = rows(x)
   shape = size(x{1});

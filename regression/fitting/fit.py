@@ -265,6 +265,7 @@ def fit_formula(
     drawn = drawn_rows(frame)
     judged, held_out = frame[drawn].reset_index(drop=True), held_out.of(drawn)
     box = box_of(family, frame)
+    hashes = dataset.card_hashes or dict.fromkeys(dataset.oils, dataset.oil_hash or None)
     fitted, network_of_oil, floor = form.coefficients_of(oil), form.network_of(oil), noise_of(dataset, noise)
     error = np.abs(np.log(held_out.mu / computed_friction(judged)))
     noise_of_network, deviation = _with_noise(error, held_out.deviation)
@@ -291,7 +292,7 @@ def fit_formula(
         boundary_friction_range=(float(mu_b.min()), float(mu_b.max())),
         ranges=ranges,
         units={name: UNITS[name] for name in ranges},
-        oils=tuple(identity for identity in oil_identities(dataset) if oil in (None, identity.name)),
+        oils=tuple(OilIdentity(name=n, card_hash=hashes.get(n)) for n in dataset.oils if oil in (None, n)),
         fit=scores(frame, within),
         validation=scores(
             judged, held_out.mu, coverage=float(covered.mean()), extrapolated=float(held_out.extrapolated.mean())
@@ -460,12 +461,6 @@ def _rounded_range(values: Array) -> tuple[float, float]:
     steps = [10.0 ** (math.floor(math.log10(abs(end))) - 2) if end else 1.0 for end in ends]
     low, high = math.floor(ends[0] / steps[0]) * steps[0], math.ceil(ends[1] / steps[1]) * steps[1]
     return min(float(f"{low:.3g}"), ends[0]), max(float(f"{high:.3g}"), ends[1])
-
-
-def oil_identities(dataset: Dataset) -> tuple[OilIdentity, ...]:
-    """The oils of the data with the hash of each card."""
-    hashes = dataset.card_hashes or dict.fromkeys(dataset.oils, dataset.oil_hash or None)
-    return tuple(OilIdentity(name=name, card_hash=hashes.get(name)) for name in dataset.oils)
 
 
 def noise_of(dataset: Dataset, noise: Dataset | None) -> NoiseFloor | None:

@@ -23,14 +23,8 @@ _RESAMPLES = 200
 _LEVEL = 0.9
 # independent inputs; all other variables follow from these and the oil
 INPUTS = (
-    "pressure_hertz",
-    "radius_equivalent",
-    "speed_entrainment",
-    "slide_to_roll_total",
-    "temperature_oil",
-    "roughness_rms",
-    "correlation_length",
-    "peklenik_number",
+    *("pressure_hertz", "radius_equivalent", "speed_entrainment", "slide_to_roll_total"),
+    *("temperature_oil", "roughness_rms", "correlation_length", "peklenik_number"),
 )
 _LINEAR = ("pressure_hertz", "temperature_oil")  # uniform; the logarithms of the others are uniform, as in plans
 

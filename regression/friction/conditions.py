@@ -32,42 +32,22 @@ Conditions = Mapping[str, Array]
 # stored oil properties of each case at inlet temperature
 LUBRICANT_UNITS = si_units(
     (
-        "viscosity_inlet",
-        "viscosity_kinematic",
-        "viscosity_mean_pressure",
-        "pressure_viscosity",
-        "pressure_viscosity_film",
-        "eyring_stress",
-        "limiting_shear_coefficient",
-        "temperature_viscosity",
-        "thermal_conductivity",
+        *("viscosity_inlet", "viscosity_kinematic", "viscosity_mean_pressure"),
+        *("pressure_viscosity", "pressure_viscosity_film", "eyring_stress"),
+        *("limiting_shear_coefficient", "temperature_viscosity", "thermal_conductivity"),
     )
 )
 STATE_UNITS = si_units(
     (
-        "pressure_hertz",
-        "radius_equivalent",
-        "effective_modulus",
-        "speed_entrainment",
-        "slide_to_roll",
-        "speed_sliding_lengthwise",
-        "temperature_oil",
-        "roughness_rms_1",
-        "roughness_rms_2",
-        "correlation_length",
-        "peklenik_number",
+        *("pressure_hertz", "radius_equivalent", "effective_modulus", "speed_entrainment"),
+        *("slide_to_roll", "speed_sliding_lengthwise", "temperature_oil", "roughness_rms_1"),
+        *("roughness_rms_2", "correlation_length", "peklenik_number"),
     )
 )
 DERIVED_UNITS = si_units(
     (
-        "load_per_length",
-        "half_width",
-        "speed_sum",
-        "speed_sliding",
-        "slide_to_roll_total",
-        "roughness_rms",
-        "film_formula",
-        "film_ratio_formula",
+        *("load_per_length", "half_width", "speed_sum", "speed_sliding"),
+        *("slide_to_roll_total", "roughness_rms", "film_formula", "film_ratio_formula"),
     )
 )
 UNITS: dict[str, str] = {**STATE_UNITS, **LUBRICANT_UNITS, **DERIVED_UNITS}

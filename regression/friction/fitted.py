@@ -164,16 +164,7 @@ class FittedFormula(FrictionModel, InputModel):
     def with_options(
         self, boundary_friction: float | None = None, *, refuse: bool = False, name: str | None = None
     ) -> Self:
-        """The same formula with another boundary friction or name, or with rejection of points outside its data.
-
-        Parameters
-        ----------
-        boundary_friction : float, optional
-            Friction coefficient of the asperities [-].
-        refuse : bool
-            Reject points outside the range or extrapolated points.
-        name : str, optional
-            Name for tables and reports.
+        """The same formula with options as in `load`, or another name for tables and reports.
 
         Raises
         ------
@@ -305,14 +296,7 @@ class FittedFormula(FrictionModel, InputModel):
 
         Far outside the data the interval is the largest held-out error. For another oil it is at least that of oils
         that were held out, or else the largest error. Below the smallest sliding of the data mu decreases smoothly to
-        0, where the form itself may be infinite.
-
-        Parameters
-        ----------
-        conditions : mapping
-            `regression.friction.conditions.conditions_of` the contact points.
-        oil : Oil, optional
-            Oil card for the comparison with those of the data.
+        0, where the form itself may be infinite. The card of the `oil` is compared with those of the data.
 
         Raises
         ------
@@ -406,17 +390,7 @@ class FittedFormula(FrictionModel, InputModel):
     def range_note(
         self, state: ContactState | None = None, *, oil: Oil | str | None = None, **conditions: Unpack[PointConditions]
     ) -> str:
-        """Note on the variables outside the range of the data with values and limits, or an empty text.
-
-        Parameters
-        ----------
-        state : ContactState, optional
-            One contact point, alternatively to the keywords of `mu`.
-        oil : Oil or str, optional
-            Oil card or its name; default: that of the formula.
-        **conditions : float or str
-            As in `mu`.
-        """
+        """Note on the variables of one point, as in `mu`, outside the range of the data; otherwise an empty text."""
         parts = []
         for variable, value, limit in self.beyond(conditions_of(*self._points(state, oil, conditions))):
             entry, side = quantity(variable), "at least" if value < limit else "at most"

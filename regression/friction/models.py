@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     from ehl.uncertainty.result import InputUncertainty
     from ehl.uncertainty.spread import UncertaintyInput
 
-
 COLEMAN_FRICTION = 0.05  # as cited by Kolivand, Li & Kahraman (2010)
 
 
@@ -129,28 +128,14 @@ class FrictionModel(ABC):
 
     @abstractmethod
     def evaluate(self, conditions: Conditions, oil: Oil) -> FrictionEstimate:
-        """Friction at contact points.
-
-        Parameters
-        ----------
-        conditions : mapping
-            `regression.friction.conditions.conditions_of` the contact points.
-        oil : Oil
-            Oil card.
-        """
+        """Friction at contact points: `regression.friction.conditions.conditions_of` the points."""
 
     def coefficient(self, conditions: Conditions, oil: Oil) -> Array:
         """mu as in `evaluate`, without interval and flag if they take time [-]."""
         return self.evaluate(conditions, oil).mu
 
     def default_oil(self) -> str:
-        """Name of the default oil card.
-
-        Raises
-        ------
-        InputError
-            The model is not for a single oil.
-        """
+        """Name of the default oil card; `InputError` if the model is not for a single oil."""
         raise InputError("oil", None, "one of " + ", ".join(data_names("oils")))
 
     @one_thread
@@ -171,11 +156,6 @@ class FrictionModel(ABC):
             `correlation_length` (40 Rq), `peklenik_number` (1) and `effective_modulus` (steel on steel). SI numbers,
             strings with unit, or broadcastable arrays of them. `finish`, `finish_state`: as in `ehl.Contact`, default
             values of the roughness.
-
-        Returns
-        -------
-        FrictionEstimate
-            Friction coefficient with interval and flag, in the shape of the points.
 
         Raises
         ------
@@ -214,20 +194,14 @@ class FrictionModel(ABC):
         level: float = 0.90,
         **conditions: Unpack[PointConditions],
     ) -> InputUncertainty:
-        """Interval of the friction coefficient of one contact point by the uncertainty of the inputs.
+        """Interval of the friction coefficient of one contact point, as in `mu`, by the uncertainty of the inputs.
 
         Parameters
         ----------
-        state : ContactState, optional
-            One contact point, alternatively to the keywords of `mu`.
-        oil : Oil or str, optional
-            Oil card or its name; default: that of a fitted formula.
         spreads : UncertaintyInput, optional
             Standard deviations of the inputs; default: from oil card and additives.
         level : float
             Coverage of the interval [-].
-        **conditions : float or str
-            As in `mu`.
 
         Raises
         ------

@@ -30,7 +30,6 @@ from regression.plan.plan import Plan
 if TYPE_CHECKING:
     import pandas as pd
 
-
 # sampling scale of each variable of the plan
 _SCALES = {
     "pressure_hertz": "linear",
@@ -141,28 +140,17 @@ class OperatingRange(TableResult):
         margin: float = 0.1,
         accuracy: str = "fast",
     ) -> str:
-        """The text of a plan file over the ranges.
+        """The text (TOML) of a plan file over the ranges.
 
         Parameters
         ----------
-        name : str
-            Name of the plan.
         oils : sequence of str
             Oil cards; every point is computed with each of them.
         size : int
             Number of points in the ranges, for each oil.
-        description : str
-            Description of the plan.
         margin : float
             Every range is widened at both ends by this share of its length (of its logarithm on a log scale), so that
             the gears lie inside the fitted range.
-        accuracy : str
-            Accuracy of the contact solver.
-
-        Returns
-        -------
-        str
-            TOML.
         """
         ranges = self.variables
         content: dict[str, Any] = {"name": name, "description": description, "sampling": {"size": size, "seed": 1}}
@@ -180,19 +168,7 @@ class OperatingRange(TableResult):
         return toml_text(content | {"model": {"accuracy": accuracy}})
 
     def plan(self, name: str, oils: Sequence[str], *, size: int, **options: Any) -> Plan:
-        """The plan over the ranges.
-
-        Parameters
-        ----------
-        name : str
-            Name of the plan.
-        oils : sequence of str
-            Oil cards; every point is computed with each of them.
-        size : int
-            Number of points in the ranges, for each oil.
-        **options
-            Other parameters of `plan_text`.
-        """
+        """The plan over the ranges; parameters of `plan_text`."""
         return Plan.from_dict(tomllib.loads(self.plan_text(name, oils, size=size, **options)))
 
 

@@ -191,13 +191,7 @@ class Plan(InputModel, Reportable):
 
     @classmethod
     def from_dict(cls, content: Mapping[str, Any]) -> Plan:
-        """Check a plan given as the tables of a plan file.
-
-        Parameters
-        ----------
-        content : mapping
-            Tables of a plan file: ``name``, ``variables``, ``sampling``, ``lubricant``... Values are SI numbers or
-            texts with a unit.
+        """Check a plan given as the tables of a plan file; values are SI numbers or texts with a unit.
 
         Raises
         ------
@@ -498,12 +492,7 @@ class Plan(InputModel, Reportable):
         return contact_seconds(self.model, self.conditions(self.points.columns, self.points.oils))
 
     def estimate(self, time_cap: float | str | None = None) -> CostEstimate:
-        """Estimated computation time of the plan.
-
-        Parameters
-        ----------
-        time_cap : float or str, optional
-            Time after which a case is stopped [s]; None for no limit.
+        """Estimated computation time of the plan; cases stop after `time_cap` [s], if given.
 
         Examples
         --------
@@ -585,16 +574,7 @@ class Plan(InputModel, Reportable):
         return self.case(points.values(index), oil=points.oils[index], seed=int(points.seed[index]))
 
     def case(self, values: Mapping[str, float], *, oil: str | None = None, seed: int | None = None) -> Contact:
-        """The contact at one point.
-
-        Parameters
-        ----------
-        values : mapping of str to float
-            Values of the variables, SI.
-        oil : str, optional
-            Oil card, if the plan has several.
-        seed : int, optional
-            Seed of the roughness profile.
+        """The contact at `values` of the variables [SI], with one of several oils and the seed of its roughness.
 
         Raises
         ------

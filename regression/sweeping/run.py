@@ -32,7 +32,6 @@ from regression.sweeping.sweep import SweepReport, sweep_shard
 if TYPE_CHECKING:
     import pandas as pd
 
-
 SHARE = 0.01
 # what distinguishes the cases of a plan
 _IDENTITY = (*(STATE_UNITS.keys() - {"effective_modulus", "roughness_rms_2"}), "boundary_friction", "seed")
@@ -121,13 +120,7 @@ class Run(PathLike[str], TableResult):
         return load_dataset(self.path)
 
     def to_frame(self, *, units: bool = False) -> pd.DataFrame:
-        """All results, one row per case, sorted by key.
-
-        Parameters
-        ----------
-        units : bool
-            Name the columns with their SI units, as ``pressure_hertz [Pa]``.
-        """
+        """All results, as `Dataset.to_frame`."""
         return self.dataset().to_frame(units=units)
 
     def to_dict(self) -> dict[str, Any]:
@@ -135,34 +128,14 @@ class Run(PathLike[str], TableResult):
         return self.status.to_dict()
 
     def retry(self, **options: Any) -> Run:
-        """Compute the failed cases again, with settings that were not tried yet.
-
-        Parameters
-        ----------
-        **options
-            Options of `sweep`; the default formula is that of the run.
-        """
+        """Compute the failed cases again with new settings; options of `sweep`, by default the formula of the run."""
         computed_by = str(read_meta(self.path)["solver_version"])
         if computed_by in PUBLISHED:
             options.setdefault("formula", computed_by)
         return sweep(self.plan, self.path, retry_failed=True, **options)
 
     def rerun(self, plan: Plan | None = None, *, share: float = SHARE, seed: int = 1) -> Iterator[Rerun]:
-        """Compute a random share of the cases again, to compare the present solver with the results.
-
-        Parameters
-        ----------
-        plan : Plan, optional
-            Replaces the stored plan.
-        share : float
-            Share of the cases of the plan.
-        seed : int
-            Seed of the random choice.
-
-        Yields
-        ------
-        Rerun
-            Stored and computed friction of one case.
+        """Compute a random share of the cases (of `plan` or the stored one) again; yields stored and new friction.
 
         Raises
         ------

@@ -92,10 +92,8 @@ def slurm_script(
         Compute with this published formula instead of the solver.
     time_cap : float or str
         Wall time after which a case is stopped [s].
-    retries : int
-        Number of fallback settings that are tried if the solver fails.
-    retry_failed : bool
-        Compute the failed cases on disk again.
+    retries, retry_failed : int, bool
+        As in `sweep`.
     sbatch : mapping of str
         Options of ``sbatch`` for all jobs by their long names, such as ``{"partition": "short", "mem": "8G"}``.
     container : str, optional

@@ -196,20 +196,13 @@ def sweep_shard(
 ) -> SweepReport:
     """Compute the cases of a plan, or of one shard of it, that are not on disk yet, the longest first.
 
-    folder: folder of the results; created if it does not exist.
-    shard: (i, n): every n-th case, beginning with the i-th. Each shard has its own file, so that shards may run
-        simultaneously.
+    Other parameters and errors as of `regression.sweep`. With `retry_failed`, cases without convergence use settings
+    that were not tried yet; cases that reached the time cap or crashed their worker use the same settings.
+
+    shard: each has its own file, so that shards may run simultaneously.
     evaluate: contact to results; may raise `ConvergenceError` with a reason. Workers need to pickle it.
     version: version of `evaluate`; part of the key of every case.
-    jobs: worker processes, one thread each; 1 computes in this process.
     executor: from `ehl.common.runner.cluster`; replaces `jobs` local processes.
-    time_cap: wall time after which a case is stopped with the reason "time_cap" [s].
-    retries: number of fallback settings that are tried if the solver fails.
-    retry_failed: compute the failed cases on disk again. Cases without convergence use settings that were not tried
-        yet; cases that reached the time cap or crashed their worker use the same settings.
-    progress: called with a `Progress` after each case.
-    Raises `InputError`: the folder contains another run, or cannot be written; `AllWorkersCrashed, ClusterLost`: there
-    are no workers left; `KeyboardInterrupt`: Ctrl-C or SIGTERM. In both cases every finished case is on disk.
     """
     number, shards = shard
     make_folder(folder, "run")
@@ -230,7 +223,9 @@ def sweep_shard(
             if entry[0] != "failed" or known.get(key, entry)[0] == "failed":
                 known[key] = entry
         done = {key for key, (status, _, _) in known.items() if not (retry_failed and status == "failed")}
-        failures = {key: _failed_settings(*entry) for key, entry in known.items()}
+        # number of settings of a case that failed and are not tried again
+        lost = (evaluators.TIME_CAP, evaluators.WORKER_CRASHED)
+        failures = {k: n if status == "failed" and why not in lost else 0 for k, (status, why, n) in known.items()}
         costs: dict[str, float] = {}
         waiting: dict[str, int] = {}
         kept: dict[str, str] = {}  # reason of each failed case on disk that is not computed again
@@ -267,11 +262,6 @@ def sweep_shard(
     report.restarts, report.truncated, report.corrupt = run.restarts, journal.truncated, journal.corrupt
     report.seconds = time.perf_counter() - clock
     return report
-
-
-def _failed_settings(status: str, reason: str, attempts: int) -> int:
-    """Number of settings of a case on disk that failed and are not tried again."""
-    return attempts if status == "failed" and reason not in (evaluators.TIME_CAP, evaluators.WORKER_CRASHED) else 0
 
 
 def run_meta(plan: Plan, version: str) -> dict[str, str | int]:

@@ -27,13 +27,8 @@ class Family:
 
 
 BOX = (
-    "pressure_hertz",
-    "radius_equivalent",
-    "speed_entrainment",
-    "slide_to_roll_total",
-    "temperature_oil",
-    "viscosity_inlet",
-    "roughness_rms",
+    *("pressure_hertz", "radius_equivalent", "speed_entrainment", "slide_to_roll_total"),
+    *("temperature_oil", "viscosity_inlet", "roughness_rms"),
 )
 # of families that depend on correlation length and lay
 ROUGH_BOX = (*BOX, "correlation_length", "peklenik_number")

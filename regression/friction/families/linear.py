@@ -75,7 +75,6 @@ POWER_LAW = Family(
     _power_design,
 )
 
-
 KNOTS = (0.1, 0.5, 1.0, 2.0)
 _MIN_SLIDING = 1e-12
 

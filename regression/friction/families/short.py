@@ -192,7 +192,6 @@ _EQUATION = (
     " tau0, Lam, alpha, beta, k of the oil at inlet temperature; SI units"
 )
 
-
 _START, _LOWER, _UPPER = zip(*_TERMS.values(), strict=True)
 SHORT = Family(
     "short",

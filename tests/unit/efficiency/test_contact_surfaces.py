@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from efficiency.contact.chebyshev import Patch
+from efficiency.contact.chebyshev import Patch, PointFit
 from efficiency.contact.conjugate import EaseOffTarget, EaseOffTerm, conjugate_flank, read_ease_off_map
 from efficiency.contact.contact_lines import mesh_cycle
 from efficiency.contact.contact_search import transmission
@@ -240,7 +240,7 @@ def test_patch_over_a_part_of_its_rectangle() -> None:
 
     u, v = Patch.nodes((-1.0, 1.0), (0.0, 1.0), (24, 20))
     kept = u + 2.0 * v < 1.8
-    patch = Patch.fit_points((-1.0, 1.0), (0.0, 1.0), (14, 12), u[kept], v[kept], {"f": field(u, v)[kept]})
+    patch = PointFit((-1.0, 1.0), (0.0, 1.0), (14, 12), u[kept], v[kept])({"f": field(u, v)[kept]})
     random = np.random.default_rng(1)
     x, y = random.uniform(-1.0, 1.0, 200), random.uniform(0.0, 1.0, 200)
     some = x + 2.0 * y < 1.8
