@@ -29,8 +29,6 @@ from ehl.smooth.newton import Numbers
 from ehl.smooth.refine import extrapolate
 from ehl.smooth.solver import solve_steady
 
-# --- smooth contact: nested grids
-
 PLAN = RunPlan(0.01, 0.02, 12.0, 96.0, 2.9, 1.5, boundary_study=False)
 
 
@@ -85,9 +83,6 @@ def test_reported_errors_are_those_of_the_grids(monkeypatch: pytest.MonkeyPatch)
     assert [getattr(result, f"{name}_error") for name in names] == pytest.approx([1e-5, 2e-5, 3e-5, 4e-5], rel=1e-9)
 
 
-# --- smooth contact: heat
-
-
 # the second is not settled after all rounds, but acceptable
 @pytest.mark.parametrize(("change", "unsettled"), [(1e-4, False), (0.04, True)])
 def test_error_of_a_hot_film_has_three_terms(monkeypatch: pytest.MonkeyPatch, change: float, unsettled: bool) -> None:
@@ -127,9 +122,6 @@ def test_heat_left_out_adds_its_estimate_to_both_errors() -> None:
     assert left_out.friction_error == pytest.approx(plain.friction_error + found.friction_change, rel=1e-9)
     assert left_out.film_error == pytest.approx(plain.film_error + found.film_change, rel=1e-9)
     assert left_out.mesh_error == plain.mesh_error == plain.friction_error
-
-
-# --- rough contact: interval of a mean
 
 
 def rolled(friction: np.ndarray, steps: int = 5, block: float = 4.0) -> Window:
@@ -413,9 +405,6 @@ def test_a_step_of_five_times_the_median_film_went_astray(last: float, roughness
     films = np.array([*np.ones(8), last])
     assert film_jumped(films, films, roughness) is astray
     assert film_jumped(1e9 * films, 1e9 * films, roughness)
-
-
-# --- rough contact: what is left out
 
 
 def test_roughness_left_out_of_a_thick_film_is_added_to_the_error() -> None:

@@ -33,12 +33,6 @@ def test_temperature_form_reduces_to_the_inlet_temperature(law: str) -> None:
     assert np.all(warmer < at_inlet)
 
 
-def test_75w90_has_the_published_figures_at_100_degc() -> None:
-    lubricant = Oil.load("75w90").at(373.15)
-    assert lubricant.viscosity_inlet == pytest.approx(0.0106, rel=2e-3)
-    assert lubricant.density == pytest.approx(799.3, rel=1e-3)
-
-
 def test_75w90_lies_between_its_lower_and_upper_case() -> None:
     """FVA 400 constants (bar, degC) of HC + PMA1 with the published 9.68 1/GPa as secant, and of PAO/E + add. + PMA1.
 
@@ -51,14 +45,15 @@ def test_75w90_lies_between_its_lower_and_upper_case() -> None:
         return bar / (a1 + a2 * celsius + (b1 + b2 * celsius) * bar)
 
     card = Oil.load("75w90")
+    at_100 = card.at(373.15)
+    assert (at_100.viscosity_inlet, at_100.density) == pytest.approx((0.0106, 799.3), rel=2e-3)
     secant = rise(lower, 2000.0, 100.0) / 0.2
     for celsius in (40.0, 70.0, 100.0, 130.0, 150.0):
         for bar in (2000.0, 4000.0, 8000.0, 12000.0):
             middle = float(card.at(celsius + KELVIN).log_viscosity_ratio(np.array(bar * 1e5)))
             low, high = 9.68 / secant * rise(lower, bar, celsius), rise(upper, bar, celsius)
             assert 2.0 / middle == pytest.approx(1.0 / low + 1.0 / high, rel=1e-3)
-            assert abs(math.log(low / middle)) < 1.5 * card.uncertainty.pressure_viscosity
-            assert abs(math.log(high / middle)) < 1.5 * card.uncertainty.pressure_viscosity
+            assert np.abs(np.log([low, high]) - math.log(middle)).max() < 1.5 * card.uncertainty.pressure_viscosity
 
 
 @pytest.mark.parametrize("name", data_names("oils"))
@@ -66,14 +61,12 @@ def test_every_card_thins_with_temperature_and_states_its_uncertainty(name: str)
     oil = Oil.load(name)
     known = oil.uncertainty
     assert 0.03 <= known.pressure_viscosity <= 0.3
-    assert all(0.0 < getattr(known, key) <= 0.5 for key in ("viscosity", "eyring_stress", "limiting_shear"))
-    assert 0.0 < known.thermal_conductivity <= 0.5
+    others = ("viscosity", "eyring_stress", "limiting_shear", "thermal_conductivity")
+    assert all(0.0 < getattr(known, key) <= 0.5 for key in others)
     assert known.source
     values = [oil.at(KELVIN + celsius) for celsius in (40.0, 60.0, 80.0, 100.0, 120.0)]
-    viscosity = [lubricant.viscosity_inlet for lubricant in values]
-    alpha = [lubricant.pressure_viscosity for lubricant in values]
-    assert viscosity == sorted(viscosity, reverse=True)
-    assert alpha == sorted(alpha, reverse=True)
+    for figure in ("viscosity_inlet", "pressure_viscosity"):
+        assert np.all(np.diff([getattr(lubricant, figure) for lubricant in values]) < 0.0)
     stress = [stress_at(lubricant.eyring_stress, np.array([0.0, 1e9])) for lubricant in values]
     assert np.all((np.array(stress) > 4e6) & (np.array(stress) < 2.1e7))
     assert np.all(np.diff(stress, axis=0) > 0.0)
@@ -86,11 +79,6 @@ def test_every_card_thins_with_temperature_and_states_its_uncertainty(name: str)
         # five points: wrong by the fourth power of the step
         slope = (log_eta[0] - 8.0 * log_eta[1] + 8.0 * log_eta[2] - log_eta[3]) / (12.0 * step)
         assert oil.temperature_viscosity(temperature + KELVIN) == pytest.approx(-slope, rel=1e-10)
-
-
-def test_temperature_out_of_range() -> None:
-    with refuses("temperature_oil"):
-        Oil.load("fva3").at(80.0)
 
 
 @given(ratio=st.floats(-30.0, 60.0))
@@ -111,12 +99,10 @@ def test_the_factor_multiplies_the_rise_with_pressure(law: str) -> None:
     assert thick.pressure_law.by_pressure(np.zeros(1))[0] == pytest.approx(thick.alpha, rel=1e-12)
     up, down = (thick.log_viscosity(PRESSURE, warm + s) for s in (0.01, -0.01))
     np.testing.assert_allclose(thick.dlog_viscosity_dtemperature(PRESSURE, warm), (up - down) / 0.02, rtol=1e-6)
-
-
-def test_the_solvers_table_has_the_factor() -> None:
-    plain, thick = (law_table(replace(LAWS["modulus"], pressure_rise_factor=f), 1e9, True) for f in (1.0, 1.2))
-    np.testing.assert_allclose(thick.row[:, 0], 1.2 * plain.row[:, 0], rtol=1e-12)
-    assert not np.allclose(thick.sheet, plain.sheet)
+    if law == "modulus":
+        tables = [law_table(oil, 1e9, True) for oil in (plain, thick)]
+        np.testing.assert_allclose(tables[1].row[:, 0], 1.2 * tables[0].row[:, 0], rtol=1e-12)
+        assert not np.allclose(tables[1].sheet, tables[0].sheet)
 
 
 @pytest.mark.parametrize("steps", [-1.0, 2.0])
@@ -138,6 +124,8 @@ def test_varied_shifts_each_input_by_its_standard_deviation(steps: float) -> Non
     thick = card.varied(pressure_viscosity=steps).at(363.15)
     ratio = thick.log_viscosity_ratio(PRESSURE[1:]) / plain.log_viscosity_ratio(PRESSURE[1:])
     np.testing.assert_allclose(ratio, math.exp(steps * known.pressure_viscosity), rtol=1e-12)
+    own, rising = (oil.eyring_stress_pressure(PRESSURE) for oil in (card, card.varied(eyring_stress=steps)))
+    np.testing.assert_allclose(rising / own, math.exp(steps * known.eyring_stress), rtol=1e-12)
 
 
 def test_varied_twice_adds_up_and_keeps_the_card_of_a_formula() -> None:
@@ -146,13 +134,6 @@ def test_varied_twice_adds_up_and_keeps_the_card_of_a_formula() -> None:
     assert twice.factors == card.varied(viscosity=2.0, eyring_stress=0.5).factors
     assert card_hash(twice) == card_hash(card)
     assert card.varied() == card
-
-
-def test_a_rising_eyring_stress_is_varied_too() -> None:
-    card = Oil.load("75w90")
-    plain, high = (oil.eyring_stress_pressure for oil in (card, card.varied(eyring_stress=1.0)))
-    ratio = high(np.array([0.2e9, 1e9, 3e9])) / plain(np.array([0.2e9, 1e9, 3e9]))
-    np.testing.assert_allclose(ratio, math.exp(card.uncertainty.eyring_stress), rtol=1e-12)
 
 
 def test_a_card_states_its_own_uncertainty_and_the_rest_is_assumed() -> None:
@@ -167,3 +148,5 @@ def test_a_card_states_its_own_uncertainty_and_the_rest_is_assumed() -> None:
         validate(Oil, content | {"uncertainty": {"viscosity": 2.0}})
     with refuses("alpha"):
         Oil.load("fva3").varied(alpha=1.0)
+    with refuses("temperature_oil"):
+        Oil.load("fva3").at(80.0)
