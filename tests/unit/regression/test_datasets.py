@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from refusals import refuses
 from small_plans import GEAR_VARIABLES
 
 import ehl.common.data
@@ -46,20 +47,19 @@ def shelf(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     data_names.cache_clear()
 
 
-def test_compressed_file_holds_the_same(shelf: Path, tmp_path: Path) -> None:
-    packed = shelf / FOLDER / "small.h5"
-    pd.testing.assert_frame_equal(load_dataset(packed).frame, load_dataset(tmp_path / "run").frame)
-    assert load_dataset(packed).data_hash == load_dataset(tmp_path / "run").data_hash
-    with pytest.raises(InputError, match="does not exist yet"):
-        merge(tmp_path / "run", packed, compress=True)
-
-
-def test_a_name_is_a_dataset_and_a_path_a_run(shelf: Path, tmp_path: Path) -> None:
+def test_a_name_is_a_compressed_dataset_and_a_path_a_run(shelf: Path, tmp_path: Path) -> None:
     assert dataset_names() == ("small",)
+    pd.testing.assert_frame_equal(load_dataset("small").frame, load_dataset(tmp_path / "run").frame)
     assert load_dataset("small").data_hash == load_dataset(tmp_path / "run").data_hash
     assert Run("small").plan.plan_hash == load_dataset("small").plan_hash
-    with pytest.raises(InputError, match=r"nothing.*or small.*mixed-ehl sweep"):
+    with refuses("run"):
         load_dataset("nothing")
+    # it can be swept into
+    again = tmp_path / "again"
+    again.mkdir()
+    (again / "shard-0001-of-0001.h5").write_bytes((shelf / FOLDER / "small.h5").read_bytes())
+    report = sweep_shard(Run("small").plan, again, evaluate=ARANA, version="arana_2019", jobs=1)
+    assert (report.resumed, report.converged) == (68, 0)
 
 
 def test_runs_are_fitted_together(shelf: Path, tmp_path: Path, mixed_ehl: Call) -> None:
@@ -74,10 +74,9 @@ def test_runs_are_fitted_together(shelf: Path, tmp_path: Path, mixed_ehl: Call) 
     assert both.data_hash == load_dataset(more, small).data_hash
     assert both.plan_hash not in (small.plan_hash, more.plan_hash)
     assert load_dataset(small) is small
-    with pytest.raises(InputError, match="one solver version"):
-        load_dataset(small, replace(more, solver_version="ehl 0"))
-    with pytest.raises(InputError, match="one card of this oil"):
-        load_dataset(small, replace(more, oil_hash="0", card_hashes=dict.fromkeys(more.oils, "0")))
+    for other in ({"solver_version": "ehl 0"}, {"oil_hash": "0", "card_hashes": dict.fromkeys(more.oils, "0")}):
+        with pytest.raises(InputError):
+            load_dataset(small, replace(more, **other))
     formula = tmp_path / "f.json"
     assert mixed_ehl("fit", "small", tmp_path / "more", "-o", formula, "--family", "xu").code == 0
     assert json.loads(formula.read_text())["data"]["hash"] == both.data_hash
@@ -88,19 +87,10 @@ def test_runs_are_fitted_together(shelf: Path, tmp_path: Path, mixed_ehl: Call) 
     assert mixed_ehl("mu", formula, *point, "--hull", "small").code == 2
 
 
-def test_a_compressed_file_can_be_swept_into(shelf: Path, tmp_path: Path) -> None:
-    run = tmp_path / "again"
-    run.mkdir()
-    (run / "shard-0001-of-0001.h5").write_bytes((shelf / FOLDER / "small.h5").read_bytes())
-    report = sweep_shard(Run("small").plan, run, evaluate=ARANA, version="arana_2019", jobs=1)
-    assert (report.resumed, report.converged) == (68, 0)
-
-
 def test_fit_of_a_name_on_the_command_line(shelf: Path, tmp_path: Path, mixed_ehl: Call) -> None:
     formula, run = tmp_path / "f.json", tmp_path / "run"
     fitted = mixed_ehl("fit", "small", "-o", formula, "--family", "short", "--paths", run, "--noise", run)
     assert fitted.code == 0
-    assert "contacts along gear meshes, not fitted" in fitted.out
     point = ("--radius", "18 mm", "--slide-to-roll", "0.2", "--temperature", "90 degC", "--roughness-rms", "0.35 um")
     point += ("--speed", "4 m/s")
     high = ("mu", formula, "--pressure", "3 GPa", *point)
@@ -138,7 +128,7 @@ def test_rerun_gives_the_stored_friction_and_finds_what_changed(shelf: Path, mon
     assert len({case.key for case in again}) == 14
     assert max(case.difference for case in again) == 0.0
     assert [case.key for case in run.rerun(share=0.2)] == [case.key for case in again]
-    with pytest.raises(InputError, match="the plan of the dataset"):
+    with pytest.raises(InputError):
         list(run.rerun(Plan.from_file("demo")))
     monkeypatch.setattr("regression.sweeping.run.solve_outputs", partial(published_outputs, name="doleschel_2002"))
     assert max(case.difference for case in run.rerun(share=0.2)) > 0.05

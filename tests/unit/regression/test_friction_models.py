@@ -8,28 +8,21 @@ from hypothesis import strategies as st
 
 from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
-from regression.formula import friction_model, published
+from regression.formula import friction_model
 from regression.friction.models import FrictionFlag, FrictionModel
 from regression.friction.published_registry import PUBLISHED, SLIDING_FLOOR
 
 OIL = Oil.load("fva3")
 
 
-def test_constant_is_exact_in_any_shape() -> None:
-    estimate = friction_model("coleman").mu(state(slide_to_roll=np.zeros((3, 4))), oil=OIL)
-    for values in (estimate.mu, estimate.lower, estimate.upper):
-        np.testing.assert_array_equal(values, np.full((3, 4), 0.05))
-    assert (estimate.flag == FrictionFlag.OK).all()
-
-
-@pytest.mark.parametrize("name", sorted(PUBLISHED))
+@pytest.mark.parametrize("name", [*sorted(PUBLISHED), "coleman"])
 def test_published_are_plausible_and_keep_the_shape(name: str) -> None:
     model = friction_model(name)
     assert isinstance(model, FrictionModel)
     estimate = model.mu(state(speed_entrainment=np.array([[2.0, 5.0, 9.0]])), oil=OIL)
     assert estimate.mu.shape == (1, 3)
     assert ((estimate.mu > 0.005) & (estimate.mu < 0.15)).all()
-    assert np.isnan(estimate.lower).all()
+    assert np.isnan(estimate.lower).all() or name == "coleman"
     # pitch point, unloaded end of a line, smooth flanks, both bodies rough: a number, or a flag where unloaded
     rough = 3e-7 * np.array([1.0, 1.0, 0.0, 1.0])
     slides, pressures = np.array([0.0, 0.3, 0.3, -0.3]), 1e9 * np.array([1.0, 0.0, 1.0, 1.0])
@@ -49,38 +42,20 @@ def test_friction_does_not_depend_on_the_sign_of_sliding(ratio: float, along: fl
     assert mu[0] == mu[1]
 
 
-@settings(max_examples=25, deadline=None)
-@given(low=st.floats(0.01, 1.0), factor=st.floats(1.01, 2.0))
-def test_fluid_friction_of_arana_rises_with_sliding(low: float, factor: float) -> None:
-    # smooth: no asperities; at fixed inlet factor it would be strictly rising, the thinner film adds to it
-    pair = state(slide_to_roll=np.array([low, low * factor]), roughness_rms_1=0.0, roughness_rms_2=0.0)
-    mu = friction_model("arana_2019").mu(pair, oil=OIL).mu
-    assert mu[1] >= mu[0]
-    assert mu[1] <= 0.047  # Lambda of mineral oil of the authors
-
-
-def test_load_sharing_reaches_the_boundary_value() -> None:
-    slow = state(speed_entrainment=1e-4, roughness_rms_1=2e-6, roughness_rms_2=2e-6)
-    for name, boundary in (("arana_2019", 0.065), ("doleschel_2002", 0.10), ("matsumoto_morikawa_2014", 0.10)):
-        assert float(friction_model(name).mu(slow, oil=OIL).mu) == pytest.approx(boundary, rel=0.02)
-
-
 def test_flags_of_range_and_of_undefined_values() -> None:
     xu = friction_model("xu_kahraman_2007").mu(state(pressure_hertz=np.array([1e9, 0.1e9])), oil=OIL)
     assert xu.flag.tolist() == [FrictionFlag.OK, FrictionFlag.OUTSIDE_RANGE]
     # a nearly unloaded point at speed: the logarithm turns negative
-    kelley = friction_model("benedict_kelley_1961").mu(
-        state(pressure_hertz=np.array([1e9, 1e6]), speed_entrainment=15.0), oil=OIL
-    )
+    unloaded = state(pressure_hertz=np.array([1e9, 1e6]), speed_entrainment=15.0)
+    kelley = friction_model("benedict_kelley_1961").mu(unloaded, oil=OIL)
     assert kelley.flag.tolist() == [FrictionFlag.OK, FrictionFlag.UNDEFINED]
     assert np.isnan([kelley.mu[1], kelley.lower[1], kelley.upper[1]]).all()
-
-
-def test_diverging_formulas_are_held_at_the_sliding_floor() -> None:
-    ratio = np.array([0.0, SLIDING_FLOOR / 5.0])
-    estimate = friction_model("benedict_kelley_1961").mu(state(slide_to_roll=ratio), oil=OIL)
-    assert estimate.mu[0] == estimate.mu[1]
-    assert estimate.flag[0] == FrictionFlag.OUTSIDE_RANGE
+    # formulas that diverge are held at the least sliding
+    least = friction_model("benedict_kelley_1961").mu(
+        state(slide_to_roll=np.array([0.0, SLIDING_FLOOR / 5.0])), oil=OIL
+    )
+    assert least.mu[0] == least.mu[1]
+    assert least.flag[0] == FrictionFlag.OUTSIDE_RANGE
 
 
 def test_base_oil_enters_the_lubricant_factor() -> None:
@@ -94,12 +69,4 @@ def test_base_oil_enters_the_lubricant_factor() -> None:
 def test_bad_names_are_refused(name: str) -> None:
     with pytest.raises(InputError) as caught:
         friction_model(name)
-    assert name in str(caught.value)
-
-
-def test_published_formulas_are_listed_with_their_ranges() -> None:
-    listed = published().set_index("name")
-    assert set(listed.index) == set(PUBLISHED)
-    for name, row in listed.iterrows():
-        assert row.certainty in ("published", "mixed", "unverified")
-        assert all(quantity in row.range for quantity in PUBLISHED[str(name)].ranges)
+    assert caught.value.value == name

@@ -73,11 +73,8 @@ def test_points_of_one_profile_stay_what_they_are() -> None:
     frame = repeated().assign(statistical_error=0.0329)
     single = frame[frame["seed"] == 0].reset_index(drop=True)
     rows = expected_rows(single)
+    # 90 % of a normal error lie within 1.645 deviations
+    stated = pd.DataFrame({"statistical_error": [0.0329, np.nan, 0.0]})
+    np.testing.assert_allclose(statistical_variance(stated), [0.02**2, 0.0, 0.0], rtol=1e-12)
     np.testing.assert_array_equal(rows["friction_coefficient"], single["friction_coefficient"])
     np.testing.assert_allclose(rows["noise_variance"], 0.02**2, rtol=1e-12)
-
-
-def test_stated_intervals_become_variances() -> None:
-    frame = pd.DataFrame({"statistical_error": [0.0329, np.nan, 0.0]})
-    # 90 % of a normal error lie within 1.645 deviations
-    np.testing.assert_allclose(statistical_variance(frame), [0.02**2, 0.0, 0.0], rtol=1e-12)
