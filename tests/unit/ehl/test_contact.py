@@ -94,12 +94,6 @@ def test_replace_checks_again_and_can_take_away() -> None:
         contact.replace(slide_to_roll=1e9)
 
 
-def test_frame_holds_inputs_and_results(result: ehl.ContactResult) -> None:
-    row = result.to_frame().iloc[0]
-    assert row["pressure_hertz"] == pytest.approx(1.2e9)
-    assert row["friction_coefficient"] == result.friction_coefficient
-
-
 def test_figure_and_page(result: ehl.ContactResult, tmp_path: Path) -> None:
     result.write(plot=tmp_path / "contact.png")
     assert (tmp_path / "contact.png").stat().st_size > 10_000
@@ -143,12 +137,3 @@ def test_an_oil_object_is_as_good_as_its_name() -> None:
             ehl.Contact(**GIVEN | {"oil": oil})
     with refuses("oil.source"):
         ehl.Contact(**GIVEN | {"oil": {"name": "mine"}})
-
-
-@pytest.mark.parametrize("encoding", ["cp1252", "utf-16", "utf-8-sig"])
-def test_contact_files_of_windows_editors(encoding: str, tmp_path: Path) -> None:
-    text = 'contact = {radius_equivalent = "10 mm", pressure_hertz = "1 GPa", speed_entrainment = "5 m/s"}\n'
-    text += 'lubricant = {oil = "fva3", temperature_oil = "80 °C"}  # Öl\n'
-    path = tmp_path / "contact.toml"
-    path.write_bytes(text.encode(encoding))
-    assert ehl.Contact.from_file(path).lubricant.temperature_oil == pytest.approx(353.15)

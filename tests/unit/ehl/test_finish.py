@@ -32,12 +32,13 @@ def test_every_figure_has_range_and_source(name, state):
 
 
 def test_unknown_names_are_refused():
-    with refuses("finish"):
-        Finish.load("polished")
-    with refuses("finish_state"):
-        Finish.load("ground", "worn")
-    with refuses("additive"):
-        Additive.load("MoDTC")
+    for load, names, field in (
+        (Finish.load, ("polished",), "finish"),
+        (Finish.load, ("ground", "worn"), "finish_state"),
+        (Additive.load, ("MoDTC",), "additive"),
+    ):
+        with refuses(field):
+            load(*names)
 
 
 def test_a_finish_with_a_measured_rq_has_shorter_waves():
@@ -62,12 +63,6 @@ def test_lay_is_the_ellipse_of_the_autocorrelation(angle, ratio):
     assert gamma == pytest.approx((form[0, 0] / form[1, 1]) ** 0.5)
 
 
-def test_default_correlation_length_grows_with_rq():
-    assert default_correlation_length(0.3e-6) == pytest.approx(12e-6)
-    assert default_correlation_length(0.6e-6, 0.6e-6) == pytest.approx(24e-6)  # of one surface, not the composite
-    assert (default_correlation_length(0.01e-6), default_correlation_length(9e-6)) == (8e-6, 150e-6)
-
-
 def test_uncertainty_of_a_surface():
     named = surface_uncertainty(finish="lapped", finish_state="new", additive="ZDDP")
     assert named["roughness_rms"] == Finish.load("lapped", "new").roughness_rms
@@ -84,16 +79,15 @@ def test_uncertainty_of_a_surface():
 def test_self_affine_spectrum_and_profile(hurst):
     spectrum = SelfAffine(20e-6, hurst)
     assert hurst != 0.5 or spectrum.roll_off == pytest.approx(2.0 * math.pi * 20e-6)  # exponential autocorrelation
-    knee = 2.0 * math.pi / spectrum.roll_off
 
-    def density(k):
-        return float(spectrum.density(np.array([k]))[0])
+    def density(ratio):
+        """Density at a wave number over that of the roll-off."""
+        return float(spectrum.density(np.array([ratio * 2.0 * math.pi / spectrum.roll_off]))[0])
 
-    whole = integrate.quad(lambda u: density(u * knee), 0.0, np.inf)[0]
-    fine = integrate.quad(lambda u: density(u * knee), spectrum.roll_off / 5e-6, np.inf)[0]
+    fine, whole = (integrate.quad(density, start, np.inf)[0] for start in (spectrum.roll_off / 5e-6, 0.0))
     assert spectrum.share_below(5e-6) == pytest.approx(fine / whole, rel=1e-6)
     # power law k^-(1 + 2 H) far above the roll-off
-    assert math.log2(density(2e3 * knee) / density(1e3 * knee)) == pytest.approx(-1.0 - 2.0 * hurst, abs=1e-4)
+    assert math.log2(density(2e3) / density(1e3)) == pytest.approx(-1.0 - 2.0 * hurst, abs=1e-4)
     profile = generate_profile(0.4e-6, 20e-6, 40e-3, 1e-6, 3, cutoff=2.5e-6, hurst=hurst)
     assert profile.rms == pytest.approx(0.4e-6)
     assert profile.correlation_length == pytest.approx(20e-6, rel=0.1)  # one realisation of 2000 lengths
@@ -118,17 +112,14 @@ def test_finish_in_a_contact_and_what_overrides_it():
     assert own.roughness_rms_1 == pytest.approx(0.3e-6 / 2.0**0.5)
     assert own.correlation_length == pytest.approx(16e-6 * (0.3 / 0.4 / 2.0**0.5) ** (2.0 / 3.0))
     assert (own.skewness, own.peklenik_number) == (0.0, 2.0)
+    # without a finish the length follows Rq of one surface, also after a change, and is not stored
+    plain = ehl.Contact(**LINE, roughness_rms_1="0.3 um", roughness_rms_2="0.3 um")
+    rougher = plain.replace(roughness_rms_1="0.6 um", roughness_rms_2="0.6 um")
+    assert [each.surface.correlation_length for each in (plain, rougher)] == pytest.approx([12e-6, 24e-6])
+    assert ehl.Contact.from_dict(plain.to_dict()) == plain
+    assert (default_correlation_length(0.01e-6), default_correlation_length(9e-6)) == (8e-6, 150e-6)
     turned = ehl.Contact(**LINE, finish="ground", lay_angle="30 deg").surface
     assert (turned.correlation_length, turned.peklenik_number) == pytest.approx(lay_seen(16e-6, 5.0, math.pi / 6.0))
-
-
-def test_a_changed_rq_takes_the_default_length_along():
-    contact = ehl.Contact(**LINE, roughness_rms_1="0.3 um", roughness_rms_2="0.3 um")
-    assert contact.surface.correlation_length == pytest.approx(12e-6)
-    rougher = contact.replace(roughness_rms_1="0.6 um", roughness_rms_2="0.6 um")
-    assert rougher.surface.correlation_length == pytest.approx(24e-6)
-    assert "correlation_length" not in contact.to_dict()["surface"]
-    assert ehl.Contact.from_dict(contact.to_dict()) == contact
 
 
 def test_boundary_film_and_friction_of_additives():
@@ -143,10 +134,3 @@ def test_boundary_film_and_friction_of_additives():
             assert rougher.replace(boundary_film=film).surface.boundary_film == film
     own = ehl.Contact(**LINE, boundary_friction=0.08, boundary_film="12 nm").surface
     assert (own.boundary_friction, own.film_of_contact) == (0.08, pytest.approx(12e-9))
-
-
-def test_inputs_without_effect_are_named():
-    plain = ehl.Contact(**LINE, roughness_rms="0.4 um", lay_angle="10 deg", hurst_exponent=0.6)
-    assert [note.split(" ")[0] for note in plain.unused_inputs()] == ["surface.hurst_exponent", "surface.lay_angle"]
-    fractal = plain.replace(spectrum="self_affine")
-    assert [note.split(" ")[0] for note in fractal.unused_inputs()] == ["surface.lay_angle"]

@@ -88,13 +88,6 @@ def test_unreadable_files(tmp_path: Path, content: bytes | str | None) -> None:
         Contact.from_file(path)
 
 
-def test_oil_card_takes_figures_of_its_own() -> None:
-    oil = CARD | {"thermal_conductivity": 0.2, "limiting_shear_coefficient": 0.06}
-    lubricant = validate(Contact, changed(lambda c: c.update(lubricant=oil))).lubricant.lubricant()
-    assert (lubricant.thermal_conductivity, lubricant.limiting_shear_coefficient) == (0.2, 0.06)
-    assert lubricant.heat_capacity == 2000.0
-
-
 def test_a_measured_profile_is_read_in_the_units_of_the_input(tmp_path: Path) -> None:
     x = np.arange(0.0, 2e-3, 1e-6)
     heights = 3e-7 * np.sin(2.0 * np.pi * x / 50e-6)
@@ -105,15 +98,6 @@ def test_a_measured_profile_is_read_in_the_units_of_the_input(tmp_path: Path) ->
     found = load_profile(path, cutoff_short=surface.cutoff_short, **surface.profile_reading)
     assert found.rms == pytest.approx(3e-7 / np.sqrt(2.0), rel=0.05)
     assert surface.measured
-
-
-def test_words_in_any_case_and_the_composite_roughness_reach_the_solver() -> None:
-    content = changed(lambda c: c.update(surface={"roughness_rms": "0.5 um"}, model={"accuracy": "FAST"}))
-    contact = validate(Contact, content)
-    assert contact.model.accuracy == "fast"
-    point = contact.problem().to_dict()
-    assert point["roughness_rms_1"] == point["roughness_rms_2"] == pytest.approx(0.5e-6 / np.sqrt(2.0))
-    assert (point["pressure_hertz"], point["viscosity_inlet"]) == pytest.approx((1e9, 0.04))
 
 
 @pytest.mark.fast

@@ -76,14 +76,6 @@ def test_command_writes_a_generic_card_that_solves(mixed_ehl: Cli, tmp_path: Pat
     assert by_file.friction_coefficient == pytest.approx(by_name.friction_coefficient, rel=1e-9)
 
 
-@pytest.mark.parametrize(
-    "arguments",
-    [("no_such_oil",), ("--base", "pao"), ("--vg", "100"), ("75w90", "-T", "40"), ("75w90", "-T", "900 degC")],
-)
-def test_bad_input_of_the_command(mixed_ehl: Cli, arguments: tuple[str, ...]) -> None:
-    assert mixed_ehl("oil", *arguments).code == 2
-
-
 def test_a_card_must_thin_with_temperature(tmp_path: Path) -> None:
     text = data_path("oils", "minr.toml").read_text(encoding="utf-8")
     for change, words in (

@@ -136,10 +136,3 @@ def test_lubricants_must_match() -> None:
         solve_path([line(), line()], [Lubricant(0.02, 16e-9)])
     with refuses("lubricant"):
         solve_path([line()], OIL)
-
-
-def test_the_package_has_it() -> None:
-    """When it loads: `test_help_imports_no_numerics`."""
-    assert ehl.solve_path is solve_path
-    with pytest.raises(AttributeError):
-        _ = ehl.solve_paths  # type: ignore[attr-defined]

@@ -30,12 +30,6 @@ def test_points_increase_and_nest(flow, inlet_width, spike, spike_width):
     np.testing.assert_allclose(fine[::2], coarse, rtol=1e-9, atol=1e-9)
 
 
-def test_features_compare():
-    base = Features(0.1, 1.05, -1.0, 0.2, 0.9, 0.03)
-    others = (base, replace(base, spike_width=0.01), replace(base, spike=0.95))
-    assert [other.close_to(base) for other in others] == [True, False, False]
-
-
 def test_peak_of_a_smooth_maximum_between_nodes():
     for shift in (0.0, 0.2, 0.45, -0.3):
         values = np.cos((np.arange(21) - 10.0 - shift) / 8.0)
@@ -85,12 +79,6 @@ def test_extrapolation_bounds_changes_of_lower_order(ratio):
     deviation = abs(limit.values[0] - 2.0)
     assert deviation <= limit.errors[0] * (1.0 + 1e-9)
     assert limit.errors[0] <= 1.1 * deviation + 0.03 * abs(levels[2][0] - levels[1][0]) + FLOOR * limit.values[0]
-
-
-def test_extrapolation_of_equal_levels_is_their_value():
-    limit = extrapolate([np.array([2.0, 0.0])] * 3, 49)
-    assert limit.values.tolist() == [2.0, 0.0]
-    assert limit.relative().tolist() == [FLOOR, 0.0]
 
 
 def test_a_solution_that_breaks_the_condition_at_the_exit_is_no_answer(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -6,13 +6,11 @@ import pytest
 from pydantic import BaseModel
 
 from efficiency.design.design import Design
-from efficiency.loss.kinematics import OPERATION_LIMITS
 from ehl.common.errors import InputError
-from ehl.common.validation import expected_input, locate_field, looks_like, validate, value_range_of
+from ehl.common.validation import expected_input, locate_field, looks_like, validate
 from ehl.contact import Contact
 from ehl.fluid.lubricant_inputs import DirectLubricant, OilLubricant
 from ehl.fluid.oil import Oil
-from ehl.inputs import ContactInput
 from ehl.material import Material
 from regression.formula import Formula
 
@@ -48,15 +46,6 @@ def test_owner_is_the_member_of_the_union_in_use() -> None:
     assert locate_field(Contact, ("lubricant", "card", "colour")).owner is OilLubricant
     assert locate_field(Contact, ("lubricant", "direct", "colour")).owner is DirectLubricant
     assert expected_input(locate_field(Contact, ("lubricant", "direct", "colour")), "") == ""
-
-
-def test_limits_are_those_of_the_design_file() -> None:
-    assert value_range_of(ContactInput, "radius_equivalent").le == 10.0
-    assert {name: limit.unit for name, limit in OPERATION_LIMITS.items()} == {
-        "torque": "N*m",
-        "speed": "rad/s",
-        "temperature": "K",
-    }
 
 
 class Round(BaseModel):
