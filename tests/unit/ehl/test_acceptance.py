@@ -248,9 +248,7 @@ def test_rough_films_too_hot_count_by_the_larger_of_two_shares(heated: ContactRe
 
 
 @pytest.mark.parametrize(("peclet", "error"), [(0.1, 0.22), (5.0, 0.04), (0.5**0.5, 0.18), (100.0, 0.006)])
-def test_rough_contacts_hold_the_error_of_conduction(
-    monkeypatch: pytest.MonkeyPatch, peclet: float, error: float
-) -> None:
+def test_error_of_conduction(monkeypatch: pytest.MonkeyPatch, peclet: float, error: float) -> None:
     """Of the thermal change of ln mu, 0.05 to 0.04 without asperities, for 80 % of the friction."""
     monkeypatch.setattr("ehl.validity.peclet_number", lambda *body: peclet)
     line = LineContact.from_pressure(effective_modulus=226e9, **CONTACT)

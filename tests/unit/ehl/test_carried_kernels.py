@@ -149,9 +149,7 @@ def test_who_names_a_processor_or_has_an_older_one_compiles(folder: Path, monkey
     assert "index" in refused()
 
 
-def test_kernels_are_written_for_this_processor_or_the_target_and_name_the_features(
-    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_features_of_written_kernels(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def needed(place: Path) -> set[str]:
         return set(json.loads((place / INDEX).read_text())["features"])
 

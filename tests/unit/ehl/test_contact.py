@@ -1,5 +1,6 @@
 """`ehl.Contact` and `ContactResult`: keywords, files, changes, tables and pages."""
 
+import inspect
 import json
 import math
 import re
@@ -41,8 +42,6 @@ def test_keywords_and_tables_say_the_same() -> None:
 
 
 def test_every_key_of_the_file_is_a_keyword_of_the_signature() -> None:
-    import inspect
-
     assert set(inspect.signature(ehl.Contact).parameters) == {*KEYWORDS, "solid_1", "solid_2"}
     assert set(ContactKeywords.__annotations__) == {*KEYWORDS, *ehl.Contact.model_fields}
 
@@ -59,15 +58,15 @@ def test_bodies_by_name_table_or_material() -> None:
     ("change", "field"),
     [
         ({"temperature": "500 degC"}, "temperature"),
-        ({"pressure_hertz": "1 m"}, "pressure_hertz"),
-        ({"radius_equivalent": -1.0}, "radius_equivalent"),
         ({"load_per_length": 1e5}, "pressure_hertz"),
         ({"pressure_herz": 1e9}, "pressure_herz"),
         ({"oil": "whale"}, "oil"),
+        ({"oil": {"name": "mine"}}, "oil.source"),
+        ({"oil": 3}, "oil"),
+        ({"oil": ["fva3"]}, "oil"),
         ({"solid_1": {"E": 1.0}}, "solid_1.E"),
         ({"roughness_rms_1": "0.2 um"}, "roughness_rms"),
         ({"oil": None, "temperature": None, "finish": None, "roughness_rms": None}, "oil"),
-        ({"radius_equivalent": None}, "radius_equivalent"),
         ({"temperature_oil": "80 degC"}, "temperature_oil"),
     ],
 )
@@ -77,12 +76,13 @@ def test_errors_name_the_keyword(change: dict[str, Any], field: str) -> None:
         ehl.Contact(**given)
 
 
-@pytest.mark.parametrize("kind", [np.float32, np.int64, np.float64, str, Path])
+@pytest.mark.parametrize("kind", [np.float32, np.int64, Path])
 def test_scalars_of_numpy_and_paths_of_cards(tmp_path: Path, kind: Any) -> None:
     card = tmp_path / "card.toml"
     ehl.Oil.load("fva3").save(card)
-    change = {"oil": kind(card)} if kind in (str, Path) else {"speed_entrainment": kind(4)}
-    assert ehl.Contact(**(GIVEN | change)).solve().status == "converged"
+    change = {"oil": kind(card)} if kind is Path else {"speed_entrainment": kind(4)}
+    plain = {"oil": str(card), "speed_entrainment": 4.0}
+    assert ehl.Contact(**(GIVEN | plain | change)).problem() == ehl.Contact(**(GIVEN | plain)).problem()
 
 
 def test_replace_checks_again_and_can_take_away() -> None:
@@ -99,12 +99,11 @@ def test_figure_and_page(result: ehl.ContactResult, tmp_path: Path) -> None:
     assert (tmp_path / "contact.png").stat().st_size > 10_000
     axes = Figure().add_subplot()
     assert result.plot(axes) is axes
-    assert axes.get_ylabel() == "pressure [GPa]"
+    assert result.to_frame().iloc[0]["friction_coefficient"] == result.friction_coefficient
     # the interval by the inputs stands next to the error of the solver
     mu = result.friction_coefficient
-    known = InputUncertainty.of(
-        "friction_coefficient", mu, [Change("viscosity", "oil", 0.1, -0.2, 0.2)], lambda ln: mu * math.exp(ln)
-    )
+    changes = [Change("viscosity", "oil", 0.1, -0.2, 0.2)]
+    known = InputUncertainty.of("friction_coefficient", mu, changes, lambda ln: mu * math.exp(ln))
     answer, *_ = read_page(result.report(tmp_path / "contact.html", uncertainty=known)).sections
     shown = re.search(r"0\.\d+", answer)
     assert shown
@@ -127,13 +126,5 @@ def test_an_oil_object_is_as_good_as_its_name() -> None:
     again = ehl.Contact.from_dict(json.loads(json.dumps(contact.to_dict())))
     assert again == contact
     assert again.lubricant.oil.factors == thin.factors
-    by_object, by_name = (
-        ehl.Contact(**GIVEN | {"oil": oil, "roughness_rms": 0.0, "finish": None}).solve()
-        for oil in (ehl.Oil.load("fva3"), "fva3")
-    )
-    assert by_object.friction_coefficient == by_name.friction_coefficient
-    for oil in (3, ["fva3"]):
-        with refuses("oil"):
-            ehl.Contact(**GIVEN | {"oil": oil})
-    with refuses("oil.source"):
-        ehl.Contact(**GIVEN | {"oil": {"name": "mine"}})
+    by_object, by_name = (ehl.Contact(**GIVEN | {"oil": oil}).problem() for oil in (ehl.Oil.load("fva3"), "fva3"))
+    assert by_object.lubricant == by_name.lubricant

@@ -86,11 +86,9 @@ def test_rq_of_a_finish_is_one_cause_and_its_waves_another() -> None:
 
 def test_lubricant_figures_are_scaled_one_by_one() -> None:
     oil = CONTACT.problem().lubricant
-    for name, field in (
-        ("viscosity", "viscosity_inlet"),
-        ("limiting_shear", "limiting_shear_coefficient"),
-        ("thermal_conductivity", "thermal_conductivity"),
-    ):
+    fields = {"viscosity": "viscosity_inlet", "limiting_shear": "limiting_shear_coefficient"}
+    for name in (*fields, "thermal_conductivity"):
+        field = fields.get(name, name)
         assert getattr(varied_lubricant(oil, name, 1.5), field) == pytest.approx(1.5 * getattr(oil, field))
     stress = [one.shear_law.scale(np.array([0.0, 1e9])) for one in (varied_lubricant(oil, "eyring_stress", 1.5), oil)]
     np.testing.assert_allclose(stress[0], 1.5 * stress[1], rtol=1e-12)
@@ -101,9 +99,8 @@ def test_a_failed_end_is_named_and_left_out() -> None:
         mu, error, ratio = product(problem)
         return (math.nan if problem.surface.boundary_friction > 0.1 else mu), error, ratio
 
-    found = contact_uncertainty(
-        CONTACT.problem(), fails, UncertaintyInput.none(boundary_friction=0.2, viscosity=0.1), OIL, jobs=1
-    )
+    spreads = UncertaintyInput.none(boundary_friction=0.2, viscosity=0.1)
+    found = contact_uncertainty(CONTACT.problem(), fails, spreads, OIL, jobs=1)
     assert [source.name for source in found.sources] == ["viscosity"]
     assert "boundary_friction" in found.notes[-1]
 
@@ -112,17 +109,13 @@ def test_a_failed_end_is_named_and_left_out() -> None:
     ("surface", "ends"),
     [({"finish": "ground", "lay_angle": "25 deg"}, (1.766, 2.089)), ({"peklenik_number": 3.0}, (1.0, 9.0))],
 )
-def test_peklenik_number_of_a_contact_has_the_range_of_its_origin(
+def test_range_of_the_peklenik_number(
     monkeypatch: pytest.MonkeyPatch, surface: dict[str, Any], ends: tuple[float, float]
 ) -> None:
     """That of a finish by its lay ratio of 3 to 9 at the angle of the marks, a given one by a factor of 3."""
     given: list[Any] = []
     monkeypatch.setattr("ehl.uncertainty.contact_design.contact_uncertainty", lambda *parts: given.append(parts))
-    contact = ehl.Contact(
-        oil="75w90", pressure_hertz="1.2 GPa", radius_equivalent="15 mm", speed_entrainment="5 m/s",
-        slide_to_roll=0.2, roughness_rms="0.4 um", temperature="90 degC", **surface,
-    )  # fmt: skip
-    contact.uncertainty()
+    CONTACT.replace(**surface).uncertainty()
     ((problem, _, spreads, oil, *_),) = given
     inputs = {entry.name: entry for entry in uncertain_contact_inputs(problem, spreads, oil, 0.5)}
     moved = [inputs["peklenik_number"].moved(problem, z).surface for z in (-score_of(0.9), score_of(0.9))]

@@ -15,17 +15,9 @@ from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
 from ehl.fluid.oil_uncertainty import standard_uncertainty
 from ehl.surface.finish import Additive, Finish, lay_seen, surface_uncertainty
+from ehl.uncertainty import spread as spread_module
 from ehl.uncertainty.result import Change, InputUncertainty, combined, ends, score_of
-from ehl.uncertainty.spread import (
-    DEFAULT,
-    FILE,
-    FILM_RATIOS,
-    GROUPS,
-    Spread,
-    UncertaintyInput,
-    lateral_spread,
-    stated_change,
-)
+from ehl.uncertainty.spread import DEFAULT, FILE, FILM_RATIOS, GROUPS, Spread, UncertaintyInput, stated_change
 
 
 def uncertainty(*changes: Change) -> InputUncertainty:
@@ -45,11 +37,8 @@ def test_skewed_inputs_hold_their_share_of_random_draws() -> None:
     """ln mu of eight inputs with quadratic responses, all skewed to the same side: 90 % within a point and a half."""
     z, rng = score_of(0.9), np.random.default_rng(1)
     slopes, bends = np.linspace(0.1, 0.5, 8), np.linspace(0.0, 0.08, 8)
-    changes = [
-        Change(str(k), "oil", 1.0, -z * a + z * z * b, z * a + z * z * b)
-        for k, (a, b) in enumerate(zip(slopes, bends, strict=True))
-    ]
-    down, up = combined(changes)
+    ends_of = zip(-z * slopes + z * z * bends, z * slopes + z * z * bends, strict=True)
+    down, up = combined([Change(str(k), "oil", 1.0, *both) for k, both in enumerate(ends_of)])
     draws = rng.normal(size=(200_000, 8))
     drawn = draws @ slopes + draws**2 @ bends
     assert np.mean((drawn > down) & (drawn < up)) == pytest.approx(0.9, abs=0.015)
@@ -58,13 +47,10 @@ def test_skewed_inputs_hold_their_share_of_random_draws() -> None:
 def test_largest_contribution_comes_first() -> None:
     found = uncertainty(Change("viscosity", "oil", 0.1, -0.01, 0.01), Change("boundary_film", "film", 0.1, -0.2, 0.3))
     assert [source.name for source in found.sources] == ["boundary_film", "viscosity"]
-    assert found.headline().startswith("0.050 (0.041 to 0.068), of which film 0.013")
     assert found.groups["film"] == pytest.approx(0.025 * (math.exp(0.3) - math.exp(-0.2)))
     assert found.to_frame()["share"].sum() == pytest.approx(1.0)
-    axes = found.plot(Figure().add_subplot())
-    assert len(axes.get_yticklabels()) == 3  # with that of all inputs
-    none = uncertainty()
-    assert none.low == none.high == 0.05
+    assert len(found.plot(Figure().add_subplot()).get_yticklabels()) == 3  # with that of all inputs
+    assert uncertainty().low == uncertainty().high == 0.05
 
 
 def test_spreads() -> None:
@@ -75,31 +61,24 @@ def test_spreads() -> None:
             Spread(wrong)
     with refuses("level"):
         score_of(0.0)
+    # the ends of a range are those of its 90 % interval, to either side of the figure
+    figure, z = Additive.load("EP").boundary_film, score_of(0.9)
+    ends = [Spread.of_figure(figure).at(figure.value, side) for side in (-z, z)]
+    assert ends == pytest.approx([figure.low, figure.high], rel=1e-9)
+    # where nothing is said of the lay, it is not below isotropic
+    assert [DEFAULT.spread("peklenik_number").at(1.0, side) for side in (-z, z)] == pytest.approx([1.0, 5.0])
 
 
 def test_spreads_of_rough_model_given_friction_and_remembered_card() -> None:
     """The first decreases as the inverse square above a film ratio of 1; a card from memory adds 0.15 in quadrature."""
-    assert lateral_spread(np.array([0.5, 1.0, 2.0]), 0.08) == pytest.approx([0.08, 0.08, 0.02])
-    usual, given = (
-        surface_uncertainty(roughness_rms=1e-6, boundary_friction=friction)["boundary_friction"]
-        for friction in (None, 0.05)
-    )
+    assert spread_module.lateral_spread(np.array([0.5, 1.0, 2.0]), 0.08) == pytest.approx([0.08, 0.08, 0.02])
+    surfaces = [surface_uncertainty(roughness_rms=1e-6, boundary_friction=friction) for friction in (None, 0.05)]
+    usual, given = (surface["boundary_friction"] for surface in surfaces)
     assert (given.value, given.sigma) == pytest.approx((0.05, usual.sigma))
     law: Any = SimpleNamespace(deviation=0.08, law="law")
     known, memory = (standard_uncertainty(law, None, certainty) for certainty in ("verified", "unverified"))
     assert (known["pressure_viscosity"], memory["pressure_viscosity"]) == (0.08, 0.17)
     assert (known["viscosity"], memory["viscosity"]) == (0.05, 0.10)
-
-
-def test_a_range_has_its_own_ends() -> None:
-    """The ends of a range are those of its 90 % interval, to either side of the figure."""
-    figure = Additive.load("EP").boundary_film
-    spread, z = Spread.of_figure(figure), score_of(0.9)
-    assert spread.at(figure.value, z) == pytest.approx(figure.high, rel=1e-9)
-    assert spread.at(figure.value, -z) == pytest.approx(figure.low, rel=1e-9)
-    # where nothing is said of the lay, it is not below isotropic
-    assert DEFAULT.spread("peklenik_number").at(1.0, -z) == 1.0
-    assert DEFAULT.spread("peklenik_number").at(1.0, z) == pytest.approx(5.0)
 
 
 def test_own_spreads_take_the_place_of_defaults() -> None:
@@ -157,9 +136,7 @@ def test_stated_slopes_are_those_of_the_table(place: int) -> None:
     ("angle", "range_of_gamma"),
     [(0.0, (3.0, 9.0)), (25.0, (1.766, 2.089)), (45.0, (1.0, 1.0)), (90.0, (1.0 / 3.0, 1.0 / 3.0))],
 )
-def test_the_lay_ratio_of_a_finish_is_varied_at_the_angle_of_its_marks(
-    angle: float, range_of_gamma: tuple[float, float]
-) -> None:
+def test_lay_ratio_at_the_angle_of_the_marks(angle: float, range_of_gamma: tuple[float, float]) -> None:
     """Grinding marks are 3 to 9 times as long as wide; gamma and the length along x follow, of at least 1/3."""
     ground, z = DEFAULT.of_surface(finish="ground"), score_of(0.9)
     for side, ratio, gamma in zip((-1.0, 1.0), (3.0, 9.0), range_of_gamma, strict=True):

@@ -182,9 +182,7 @@ def test_warmup(mixed_ehl: Callable[..., Any]) -> None:
         warm_up("all")
 
 
-def test_a_process_that_loads_gives_the_bits_of_one_that_compiles_and_an_untested_numba_the_same(
-    tmp_path: Path,
-) -> None:
+def test_a_loaded_kernel_gives_the_bits_of_a_compiled_one(tmp_path: Path) -> None:
     """What is compiled is announced once; an untested version compiles by the public interface of numba."""
     before = "import sys, numba\nnumba.__version__ = sys.argv[1]\n"
     after = "from ehl.compile import carried, compiler\nprint(carried.why_not(), len(compiler.compiled_kernels()))"
@@ -234,9 +232,7 @@ def counted() -> Callable[[], dict[str, Any]]:
     return lambda: {"values": np.linspace(0.0, 1.0, 5) / 3.0, "call": next(calls)}
 
 
-def test_a_result_is_computed_once_and_always_where_it_cannot_be_kept(
-    folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_result_is_computed_once(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     make = counted()
     first, second = kept("results", "a", make), kept("results", "a", make)
     assert first["call"] == second["call"] == 1
@@ -274,9 +270,7 @@ def test_a_damaged_entry_is_computed_again(folder: Path, damage: Callable[[bytes
 
 
 @OF_USERS
-def test_nothing_is_loaded_that_others_could_have_written(
-    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_nothing_of_others_is_loaded(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     make, ran = counted(), tmp_path / "ran"
     content = pickle.dumps(Attack(ran))
     planted = tmp_path / "planted"

@@ -9,7 +9,7 @@ from samples import CONTACT
 
 import ehl
 from ehl.rough.mixed import rough_surfaces, worn
-from ehl.surface.roughness import RoughProfile, generate_profile
+from ehl.surface.roughness import generate_profile
 from ehl.uncertainty.contact_design import uncertain_contact_inputs
 from ehl.uncertainty.spread import DEFAULT
 from regression.sweeping.evaluators import input_row
@@ -17,13 +17,10 @@ from regression.sweeping.evaluators import input_row
 GIVEN: dict[str, Any] = CONTACT | {"oil": "75w90", "temperature": 353.15, "speed_entrainment": 1.0, "accuracy": "fast"}
 
 
-def rough(rms: float = 0.5e-6) -> RoughProfile:
-    return generate_profile(rms, 12e-6, 24e-3, 1e-6, 3)
-
-
 @pytest.mark.fast
 def test_wear_keeps_the_valleys_and_gives_the_measured_skewness() -> None:
-    new, run_in = rough(), worn(rough(), 0.3e-6)
+    new = generate_profile(0.5e-6, 12e-6, 24e-3, 1e-6, 3)
+    run_in = worn(new, 0.3e-6)
     assert run_in.rms == pytest.approx(0.3e-6, rel=1e-9)
     # of a half-worn Gaussian distribution; a disc that ran in from 0.5 to 0.3 um had -1.38
     assert -1.8 < run_in.skewness < -1.3
@@ -31,10 +28,8 @@ def test_wear_keeps_the_valleys_and_gives_the_measured_skewness() -> None:
     removed -= removed.min()
     assert np.median(removed[new.heights < 0.0]) == pytest.approx(0.0, abs=1e-12)
     assert removed.max() > 0.5e-6
-    profile = rough()
-    assert worn(profile, profile.rms) is profile
-    assert worn(profile, 1e-5) is profile
-    assert worn(profile, 0.1 * profile.rms).rms == pytest.approx(0.1 * profile.rms, rel=1e-6)
+    assert worn(new, new.rms) is worn(new, 1e-5) is new
+    assert worn(new, 0.1 * new.rms).rms == pytest.approx(0.1 * new.rms, rel=1e-6)
     assert ehl.Contact(**GIVEN, roughness_rms="0.4 um", running_in=None).surface.running_in == "none"
     assert any("running_in" in note for note in ehl.Contact(**GIVEN, running_in="0.3 um").unused_inputs())
 
@@ -57,9 +52,9 @@ def test_refused(given: dict[str, Any], field: str) -> None:
 
 def test_run_in_flanks_have_less_friction_and_their_own_film_ratio() -> None:
     """Against the new flank, and close to a generated profile of the same Rq and skewness."""
-    new = ehl.Contact(**GIVEN, finish="ground", finish_state="new").solve()
-    contact = ehl.Contact(**GIVEN, finish="ground", finish_state="new", running_in="0.3 um")
-    run_in = contact.solve()
+    fresh = ehl.Contact(**GIVEN, finish="ground", finish_state="new")
+    contact = fresh.replace(running_in="0.3 um")
+    new, run_in = fresh.solve(), contact.solve()
     surfaces = rough_surfaces(contact.surface, contact.problem().line)
     assert surfaces.rms == pytest.approx(0.3e-6 * 2.0**0.5, rel=1e-6)
     assert run_in.friction_coefficient < new.friction_coefficient

@@ -34,31 +34,26 @@ def plan_of(line: LineContact, profile: RoughProfile, accuracy: str = "fast"):  
 def test_mesh_carries_the_short_cutoff_of_a_measured_profile() -> None:
     x = np.arange(4000) * 1e-6
     profile = RoughProfile.of(1e-7 * np.sin(x / 2e-5), 1e-6, cutoff=2.5e-6)
-    plan = plan_of(line_contact(), profile)
-    companion = 2.0 * plan.spacing * line_contact().half_width
-    assert companion <= profile.cutoff
-    assert plan.coarsest == pytest.approx(2.5e-6 / 2.2 / line_contact().half_width)
+    line = line_contact()
+    plan = plan_of(line, profile)
+    assert 2.0 * plan.spacing * line.half_width <= profile.cutoff
+    assert plan.coarsest == pytest.approx(2.5e-6 / 2.2 / line.half_width)
+    # the window follows roughness longer than the contact
+    short = plan_of(line, generate_profile(1e-7, 0.2 * line.half_width, 1e-2, 1e-6, 1))
+    waves = generate_profile(1e-7, 4.0 * line.half_width, 1e-2, 1e-5, 1)
+    long = plan_of(line, waves)
+    assert (short.batch, long.batch) == pytest.approx((BATCH, 3.0 * waves.correlation_length / line.half_width))
+    assert long.window_max / short.window_max == pytest.approx(long.batch / short.batch)
 
 
 @pytest.mark.parametrize(("accuracy", "nodes"), [("fast", 2048), ("standard", 4096), ("reference", 8192)])
 def test_budget_of_nodes(accuracy: str, nodes: int) -> None:
     line = line_contact()
-    fine = generate_profile(1e-7, LENGTH * line.half_width / nodes * 4.0, 1e-3, 1e-7, 1)
+    finer, fine = (generate_profile(1e-7, k * LENGTH * line.half_width / nodes, 1e-3, 1e-7, 1) for k in (2.0, 4.0))
     plan = with_overrides(plan_of(line, fine, accuracy), None, 20.0, LENGTH)
     assert LENGTH / plan.spacing == pytest.approx(nodes)
-    finer = generate_profile(1e-7, LENGTH * line.half_width / nodes * 2.0, 1e-3, 1e-7, 1)
     with fails("mesh_budget"):
         with_overrides(plan_of(line, finer, accuracy), None, None, LENGTH)
-
-
-def test_window_follows_roughness_longer_than_the_contact() -> None:
-    line = line_contact()
-    short = plan_of(line, generate_profile(1e-7, 0.2 * line.half_width, 1e-2, 1e-6, 1))
-    waves = generate_profile(1e-7, 4.0 * line.half_width, 1e-2, 1e-5, 1)
-    long = plan_of(line, waves)
-    assert short.batch == BATCH
-    assert long.batch == pytest.approx(3.0 * waves.correlation_length / line.half_width)
-    assert long.window_max / short.window_max == pytest.approx(long.batch / short.batch)
 
 
 def test_a_finer_mesh_takes_over_travel_and_film_and_has_no_holes_in_the_macroscopic_averages() -> None:
@@ -87,28 +82,22 @@ def test_spots_of_thin_films_set_the_mesh_however_long_the_waves(ratio: float, n
     """Nodes per b that kept mu within 1.5 % of 600 per b for correlation lengths of 0.2 and 0.4 b."""
     line = line_contact(pressure_hertz=1.5e9)
     wave = generate_profile(0.4e-6, 0.4 * line.half_width, 32.0 * line.half_width, 0.02 * line.half_width, 1)
-    plans = {
-        level: make_run_plan(level, line, RoughSurfaces(wave), ratio * wave.rms, drained=False, thermal=False)
-        for level in ("fast", "standard", "reference")
-    }
-    assert 1.0 / plans["standard"].spacing == pytest.approx(nodes, rel=0.01)
-    assert plans["standard"].spacing == pytest.approx(2.0 * plans["reference"].spacing)
-    assert plans["fast"].spacing <= 2.5 * plans["standard"].spacing * (1.0 + 1e-12)
-    thick = make_run_plan("standard", line, RoughSurfaces(wave), 0.5 * wave.rms, drained=False, thermal=False)
-    assert thick.spacing > plans["standard"].spacing
 
+    def spacing(level: Any, ratio: float = ratio) -> float:
+        return make_run_plan(level, line, RoughSurfaces(wave), ratio * wave.rms, drained=False, thermal=False).spacing
 
-# --- meshes and budget
+    assert 1.0 / spacing("standard") == pytest.approx(nodes, rel=0.01)
+    assert spacing("standard") == pytest.approx(2.0 * spacing("reference"))
+    assert spacing("fast") <= 2.5 * spacing("standard") * (1.0 + 1e-12)
+    assert spacing("standard", 0.5) > spacing("standard")
 
 
 def test_meshes_halve_down_to_the_coarsest_that_shows_the_roughness() -> None:
     """Four from 0.01 to 0.08 b where 0.05 b is fine enough twice over; fewer nodes or a fixed window end it earlier."""
     plan = RunPlan(0.01, 0.02, 12.0, 96.0, 2.9, 1.5, boundary_study=False, coarsest=0.05)
-    assert mesh_levels(plan, 4000) == 4
-    assert mesh_levels(replace(plan, coarsest=0.01), 4000) == 2
-    assert mesh_levels(plan, 300) == 3
-    assert mesh_levels(replace(plan, window_max=12.0), 4000) == 2
-    assert mesh_levels(replace(plan, inlet=0.04), 4000) == 2
+    assert (mesh_levels(plan, 4000), mesh_levels(plan, 300)) == (4, 3)
+    for change in ({"coarsest": 0.01}, {"window_max": 12.0}, {"inlet": 0.04}):
+        assert mesh_levels(replace(plan, **change), 4000) == 2
 
 
 def test_film_at_high_pressure_does_not_collapse_on_a_coarse_mesh() -> None:
@@ -137,9 +126,6 @@ def found(monkeypatch: pytest.MonkeyPatch) -> list[MeshLevels]:
     return found
 
 
-# --- bound of the work
-
-
 def bounded(**change: object) -> Contact:
     """Start-up and window take some 4e6 node-iterations at "fast", of fine roughness in a thin film."""
     values = {
@@ -150,9 +136,7 @@ def bounded(**change: object) -> Contact:
     return Contact(**(values | change))
 
 
-def test_a_contact_beyond_its_bound_is_shortened_and_its_interval_holds_the_longer_run(
-    monkeypatch: pytest.MonkeyPatch, found: list[MeshLevels]
-) -> None:
+def test_a_contact_beyond_its_bound_is_shortened(monkeypatch: pytest.MonkeyPatch, found: list[MeshLevels]) -> None:
     """Half of the travel, less work, and both means inside both errors."""
     monkeypatch.setitem(WORK, "fast", 1e6)
     monkeypatch.setattr(accuracy, "BOUND", 1e6)
@@ -164,12 +148,9 @@ def test_a_contact_beyond_its_bound_is_shortened_and_its_interval_holds_the_long
     assert not any("work limited" in note for note in longer.notes)
     assert found[1].windows[0].rolled < 0.5 * found[0].windows[0].rolled
     assert found[1].work < 0.75 * found[0].work
-    assert math.isfinite(shorter.friction_error)
     assert shorter.statistical_error * shorter.friction_coefficient >= found[1].drift() > 0.0
-    apart = abs(shorter.friction_coefficient - longer.friction_coefficient)
-    assert apart <= math.hypot(
-        shorter.friction_error * shorter.friction_coefficient, longer.friction_error * longer.friction_coefficient
-    )
+    errors = [each.friction_error * each.friction_coefficient for each in (shorter, longer)]
+    assert abs(shorter.friction_coefficient - longer.friction_coefficient) <= math.hypot(*errors)
 
 
 def test_the_dearest_contacts_of_the_gear_range_stay_near_their_bound(found: list[MeshLevels]) -> None:
@@ -189,9 +170,6 @@ def test_the_dearest_contacts_of_the_gear_range_stay_near_their_bound(found: lis
     assert found[-1].work < WORK["fast"] * accuracy.BOUND
     assert abs(result.friction_coefficient - 0.0312) <= result.friction_error * result.friction_coefficient
     assert result.friction_error < 0.4
-
-
-# --- light loads on thick films, and on valleys wider than the contact
 
 
 def test_a_light_load_on_a_thick_film_does_not_fly_apart() -> None:
@@ -311,8 +289,7 @@ def counted(plan: RunPlan, spreads: tuple[float, ...], rolled: tuple[float, ...]
         ((7.6e-5, 0.0), {}, (16.0, 8.0)),
         ((7.4e-5, 5.1e-5), {}, (32.0, 16.0)),  # the largest gain per work: of six blocks four on the coarse mesh first
         ((9e-4, 0.0), {}, (96.0, 8.0)),  # full
-        ((2e-4, 0.0), {"budget": 600.0}, (28.0, 8.0)),  # the budget ends it
-        ((2e-4, 0.0), {"budget": 640.0}, (32.0, 8.0)),
+        ((2e-4, 0.0), {"budget": 640.0}, (32.0, 8.0)),  # the budget ends it
         ((2e-4, 0.0), {"budget": 640.0, "reserved": 41.0}, (24.0, 8.0)),
         ((8e-4, 0.0), {"budget": 600.0}, (52.0, 8.0)),  # within two budgets the interval is 8 %
         ((2e-1, 0.0), {"budget": 1000.0}, (40.0, 8.0)),  # unlikely to settle: three quarters of it
@@ -358,10 +335,7 @@ class Started:
         self.pieces.append(travel)
         self.steps += round(5 * travel)
         self.work += 10.0 * travel
-
-    @property
-    def travel(self) -> float:
-        return self.steps / 5
+        self.travel = self.steps / 5
 
     def branch(self, problem: RunPlan) -> "Started":
         assert problem.reduced
@@ -379,16 +353,13 @@ class Started:
 @pytest.mark.parametrize(
     ("change", "thermal", "pieces", "warming"),
     [
-        ({"window_max": 12.0}, False, [10.0], 0.0),
         ({"window_max": 12.0, "give_up": 1e9}, True, [10.0], 0.0),
         ({}, False, [2.8, 2.8, 2.8, 1.6], 0.0),
         ({"give_up": 343.0}, False, [0.4, 2.8, 2.8, 2.8, 1.2], 0.0),
         ({"give_up": 341.0}, False, [0.4], None),  # 4 + 96 to go, and 242 of two meshes
         ({"settling": 4.5}, True, [2.8, 2.8, 2.8, 2.8, 1.8], 13.0),  # 3 b more until the bodies are warm
-        ({"settling": 4.5}, False, [2.8, 2.8, 2.8, 1.6], 0.0),
         ({"settling": 4.5, "preheating": 3.0}, True, [2.8, 2.8, 2.8, 1.6], 3.0),
         ({"bound": 341.0}, False, [2.8, 0.2], 0.0),  # 28 + 72 + 242 of two meshes is above: the start-up becomes 3 b
-        ({"bound": 343.0}, False, [2.8, 2.8, 2.8, 1.6], 0.0),
         ({"bound": 341.0, "reduced": True}, False, [2.8, 2.8, 2.8, 1.6], 0.0),
     ],
 )

@@ -194,17 +194,6 @@ def test_corners_lie_beside_the_cloud_and_state_their_coverage(dataset: Dataset)
     assert (np.log(value.upper / value.mu)[extrapolated] >= formula.interval.near - 1e-12).all()
 
 
-def test_noise_stands_beside_the_errors(dataset: Dataset) -> None:
-    random = np.random.default_rng(3)
-    frame = pd.concat([dataset.frame.iloc[:40]] * 8, ignore_index=True)
-    frame["seed"] = np.repeat(np.arange(8), 40)
-    frame["friction_coefficient"] *= np.exp(0.03 * random.standard_normal(len(frame)))
-    formula = fit_formula(dataset, "power_law", noise=replace(dataset, frame=frame))
-    assert formula.noise.single == pytest.approx(0.03, rel=0.15)
-    assert {band.noise is None for band in formula.bands if band.variable == "pressure_hertz"} == {False}
-    assert fit_formula(dataset, "power_law").noise is None
-
-
 @pytest.mark.parametrize(("points", "profiles", "expected"), [(60, 16, (0.5, 0.75)), (240, 1, (0.85, 1.15))])
 def test_interval_of_means_over_profiles_is_narrower(
     dataset: Dataset, points: int, profiles: int, expected: tuple[float, float]

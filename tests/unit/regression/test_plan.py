@@ -12,7 +12,7 @@ from ehl.common.data import data_names
 from ehl.common.validation import validate
 from ehl.line_contact import blok_1937
 from ehl.material import Material, effective_modulus
-from regression.friction.conditions import LUBRICANT_UNITS, STATE_UNITS, derive, lubricant_row
+from regression.friction.conditions import STATE_UNITS, derive, lubricant_row
 from regression.plan.axes import PlanAxis
 from regression.plan.plan import Plan
 from regression.plan.sampling import FLASH_FRICTION, BoxSampler, constrained_quantities
@@ -150,17 +150,6 @@ def test_sobol_is_reproducible_nested_and_even() -> None:
     assert not np.array_equal(small, unit(16, 8))
     # a (t, m, s)-net: each half of each axis holds exactly half of the points
     np.testing.assert_array_equal((large < 0.5).sum(axis=0), 32)
-
-
-@pytest.mark.parametrize("oil", ["fva3", "75w90", "pao100", "5p4e"])
-def test_the_oil_at_many_points_is_that_at_each(oil: str) -> None:
-    plan = Plan.from_file("demo", [f"lubricant.oil={oil}"])
-    points = plan.points.columns
-    table = plan.conditions({name: column[:20] for name, column in points.items()}, [None] * 20)
-    for row in range(20):
-        one = plan.conditions({name: column[row : row + 1] for name, column in points.items()}, [None])
-        for name in LUBRICANT_UNITS:
-            assert one[name][0] == pytest.approx(table[name][row], rel=1e-15), name
 
 
 LIMITS = {"load_per_length": {"high": "1500 N/mm"}, "film_ratio": {"low": 0.5}, "speed_sliding": {"high": "8 m/s"}}
