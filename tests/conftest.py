@@ -28,10 +28,8 @@ settings.load_profile("gate")
 
 # files of the marker `fast`, by folder: cheap tests of every package, some 70 s of processor time with warm kernels
 FAST = {
-    "unit/ehl": ("units validation table inputs lubricant oil_sheet finish roughness"),
-    "unit/regression": (
-        "plan conditions families friction_models code_record conformal table_files calibration_inputs"
-    ),
+    "unit/ehl": ("units table inputs lubricant finish roughness"),
+    "unit/regression": ("plan families friction_models code_record noise table_files calibration_inputs"),
     "unit/efficiency": (
         "blank cutting_design cutting_kinematics cutting_summary contact_sample "
         "load_equilibrium load_edge_contact lay external_load output_solid geometry_parts duty strength loss "

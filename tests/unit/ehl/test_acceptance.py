@@ -122,7 +122,6 @@ def test_shear_heat_carried_along_is_told_where_heat_thins_the_film() -> None:
 
 @pytest.mark.parametrize("bulk", ["110 degC", "60 degC"])
 def test_bodies_at_another_temperature_than_the_oil_are_noted_with_their_size(bulk: str) -> None:
-    """The film of the note is the one found, within a tenth."""
     contact = Contact(oil="fva3", temperature_oil="80 degC", **CONTACT)
     even = contact.solve()
     other = contact.replace(temperature_bulk_1=bulk, temperature_bulk_2=bulk).solve()
@@ -142,10 +141,7 @@ def test_bodies_at_another_temperature_than_the_oil_are_noted_with_their_size(bu
         ("", "fva2", 96.06, 2.65e-3, 5e7, 4.733e-4, {"slide_to_roll": 1e-6, "roughness_rms": 2.728e-7}),
     ],
 )
-def test_contacts_far_from_any_gear_have_an_error_or_a_reason(
-    reason: str, oil: str, temperature: float, radius: float, pressure: float, speed: float, more: dict[str, float]
-) -> None:
-    """Films of a tenth of the radius, limits of work, films that asperities carry away."""
+def test_contacts_far_from_any_gear_have_an_error_or_a_reason(reason, oil, temperature, radius, pressure, speed, more):
     keys: dict[str, Any] = {"oil": oil, "temperature_oil": 273.15 + temperature, "pressure_hertz": pressure} | more
     result = Contact(**keys, radius_equivalent=radius, speed_entrainment=speed, accuracy="fast").solve()
     assert (result.reason, result.status) == (reason, "failed" if reason else "converged")
@@ -184,9 +180,7 @@ def test_friction_above_the_shear_strength_of_liquids_is_an_error(good: ContactR
         (1.0, 0.36, 0.64, 0.0),
     ],
 )
-def test_marks_along_the_motion_widen_the_error(
-    good: ContactResult, gamma: float, share: float, asperities: float, error: float
-) -> None:
+def test_marks_along_the_motion_widen_the_error(good, gamma, share, asperities, error):
     problem = replace(good.problem, surface=good.problem.surface.model_copy(update={"peklenik_number": gamma}))
     found = replace(good, asperity_load_share=share, friction_asperity=asperities * good.friction_coefficient)
     plain = sum(limit.friction for limit in limits_of(good, good.problem))
@@ -260,9 +254,7 @@ def test_error_of_conduction(monkeypatch: pytest.MonkeyPatch, peclet: float, err
 
 
 @pytest.mark.parametrize(("share", "reason"), [(0.02, ""), (0.03, "too_hot")])
-def test_friction_without_a_law_widens_the_error_and_unsettles_a_result(
-    monkeypatch: pytest.MonkeyPatch, share: float, reason: str
-) -> None:
+def test_friction_without_a_law_widens_the_error_and_unsettles_a_result(monkeypatch, share, reason):
     """Its share of mu is added whole; above half the tolerance of 5 % the result does not stand as converged."""
     given = case(model={"thermal": "off", "accuracy": "fast"})
     plain, above = given.solve(), lambda result: share * result.friction_coefficient

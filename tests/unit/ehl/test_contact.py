@@ -46,14 +46,6 @@ def test_every_key_of_the_file_is_a_keyword_of_the_signature() -> None:
     assert set(ContactKeywords.__annotations__) == {*KEYWORDS, *ehl.Contact.model_fields}
 
 
-def test_bodies_by_name_table_or_material() -> None:
-    steel = ehl.Contact(**GIVEN).effective_modulus
-    for solid in ("steel", {"material": "steel"}, {"E": "206 GPa", "nu": 0.3}):
-        assert ehl.Contact(**GIVEN, solid_1=solid).effective_modulus == pytest.approx(steel)
-    brass = ehl.Material(youngs_modulus="100 GPa", poisson_ratio=0.35)
-    assert ehl.Contact(**GIVEN, solid_2=brass).solid_2.body().youngs_modulus == 100e9
-
-
 @pytest.mark.parametrize(
     ("change", "field"),
     [

@@ -34,10 +34,7 @@ PLAN = RunPlan(0.01, 0.02, 12.0, 96.0, 2.9, 1.5, boundary_study=False)
 
 @pytest.mark.parametrize(("hot", "error"), [(False, 0.0038095238 + 0.0015), (True, 0.8 * 0.0133333333 + 0.01)])
 def test_error_of_three_grids_by_hand(hot: bool, error: float) -> None:
-    """Value 1.01 - 0.05/3, before it 1.06 - 0.24/3; 2/7 of their distance, 3 % of the last change, 5e-7.
-
-    With heat 0.8 and a fifth.
-    """
+    """Value 1.01 - 0.05/3, before it 1.06 - 0.24/3; 2/7 of their distance, 3 % of the last change, 5e-7."""
     levels = [np.array([1.30]), np.array([1.06]), np.array([1.01])]
     found = extrapolate(levels, 49, hot=hot)
     assert found.values[0] == pytest.approx(0.99333333333, rel=1e-10)
@@ -136,15 +133,11 @@ def rolled(friction: np.ndarray, steps: int = 5, block: float = 4.0) -> Window:
 
 
 def window(friction: np.ndarray, steps: int = 5) -> Window:
-    """A window of one block."""
     return rolled(friction, steps, block=1e3)
 
 
 def test_long_window_of_a_coarse_mesh_is_corrected_by_a_short_one_of_a_fine_mesh() -> None:
-    """400 b on the coarse mesh, 16 b on one that gives 0.0005 + 1.02 times as much, the mean over all of it 0.05.
-
-    A third of the difference is added once more, as the error of the fine mesh.
-    """
+    """400 b on the coarse mesh, 16 b on one that gives 0.0005 + 1.02 times as much, the mean over all of it 0.05."""
     rng = np.random.default_rng(5)
     coarse = np.repeat(0.05 + 0.01 * rng.standard_normal(400), 5)
     coarse += 0.05 - coarse.mean()
@@ -205,10 +198,7 @@ def test_interval_holds_the_covariance_of_both_parts(wave: float, change: np.nda
 
 
 def test_interval_of_meshes_that_rolled_as_far_holds_that_of_the_extrapolation() -> None:
-    """Of the fine mean and of a third of the difference; of less than three parts the difference is one draw.
-
-    A mean of less than five batches is one draw of the history too.
-    """
+    """Of the fine mean and of a third of the difference; of less than three parts the difference is one draw."""
     coarse, change = 0.05 + 0.01 * ODD, 0.001 + 0.008 * PAIRS
     levels = levels_of(coarse, coarse + change, blocks=(20, 20))
     fine = batch_means(np.tile(np.repeat(coarse + change, 5), 20), 10)[1]
@@ -225,10 +215,7 @@ def test_interval_of_meshes_that_rolled_as_far_holds_that_of_the_extrapolation()
     [(0.8, 3, 0.0), (0.2, 12, 0.0), (0.2, 3, 0.002), (0.2, 3, 0.2), (1.2, 3, 0.002), (-0.1, 3, 0.002)],
 )
 def test_interval_narrow_by_chance_is_widened_by_the_expected_one(share: float, blocks: int, wave: float) -> None:
-    """0.15 sqrt(0.16) of mu, half of it over four times the travel, none where all or nothing touches.
-
-    Mean of both squares, the expected one with six batches; not below the found one, nor above the tolerance.
-    """
+    """0.15 sqrt(0.16) of mu, half of it over four times the travel, none where all or nothing touches."""
     strict = levels_of(0.05 + wave * ODD, 0.05 + wave * ODD, blocks=(blocks, blocks))
     levels, batches = replace(strict, plan=replace(PLAN, tolerance=0.05)), 2.0 * blocks
     expected = (0.06 if blocks == 3 else 0.03) if 0.0 < share < 1.0 else 0.0
@@ -275,10 +262,7 @@ def filmed(films: np.ndarray, unit: float) -> Window:
 
 @pytest.mark.parametrize(("wave", "rise"), [(0.0, 6e-9), (20e-9, 6e-9), (20e-9, -6e-9)])
 def test_error_of_the_film_holds_mesh_and_time(wave: float, rise: float) -> None:
-    """A third of the difference of both meshes and the half width of the longest window, in quadrature.
-
-    The asperity load share is extrapolated alike.
-    """
+    """A third of the difference of both meshes and the half width of the longest window, in quadrature."""
     coarse = 300e-9 + np.tile(np.repeat(wave * ODD, 5), 5)
     levels = MeshLevels([filmed(coarse, 1e-6), filmed(coarse[:40] + rise, 2e-6)], PLAN)
     mean = 300e-9 + 4.0 / 3.0 * rise
@@ -327,10 +311,7 @@ def test_slope_of_the_side_flow_by_hand() -> None:
 
 
 def test_bounded_run_is_one_draw_of_stretches_as_long_as_a_block() -> None:
-    """The front (2.9 b, 5 steps each) does not count, then means .04, .06, .05, .05 and the window .05.
-
-    Student's t of the 90 % interval at four degrees of freedom: 2.13185.
-    """
+    """The front (2.9 b, 5 steps each) does not count, then means .04, .06, .05, .05 and the window .05."""
     coarse = rolled(np.full(10, 0.05))
     start = np.zeros((15 + 3 + 40, COLUMNS))  # three steps are less than a stretch
     start[:18, MU_FLUID] = 9.0
@@ -444,9 +425,7 @@ Run = make_dataclass(
         ((0.050, 0.050), 0.0500, 0.07),  # where nothing touches: roughness of a film of that thickness
     ],
 )
-def test_error_of_a_subgrid_film_is_its_largest_part(
-    monkeypatch: pytest.MonkeyPatch, bounds: tuple[float, float], coarser: float, error: float
-) -> None:
+def test_error_of_a_subgrid_film_is_its_largest_part(monkeypatch, bounds, coarser, error):
     """mu 0.05; half width 0.2 mm, load 1 MN/m, so that 1 GPa over the width is 0.4 of the load."""
     seen: list[tuple[int, float]] = []
 
@@ -469,10 +448,7 @@ def test_error_of_a_subgrid_film_is_its_largest_part(
 
 
 def test_error_of_a_dry_contact_by_hand(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Share off the asperities, times the film's friction where that is above mu_b; film by the spread of six moments.
-
-    Gaps of 1 to 6 nm on a boundary film of 20 nm: mean 23.5 nm, standard deviation sqrt(3.5) nm.
-    """
+    """Gaps of 1 to 6 nm on a boundary film of 20 nm: mean 23.5 nm, standard deviation sqrt(3.5) nm."""
     gaps = iter([1e-9 * k for k in (1, 2, 3, 4, 5, 6)] * 2)
 
     def contact_of(line: LineContact, *rest: Any) -> Any:

@@ -124,9 +124,7 @@ def plant(folder: Path, how: str) -> None:
 
 @OF_USERS
 @pytest.mark.parametrize("how", ["open to others", "link", "of another", "file"])
-def test_kernels_are_in_the_first_folder_that_belongs_to_the_user_alone(
-    places: list[Path], capfd: pytest.CaptureFixture[str], how: str
-) -> None:
+def test_kernels_are_in_the_first_folder_that_belongs_to_the_user_alone(places, capfd, how):
     kernel_sources._report_refused.cache_clear()
     for folder in places:
         assert kernel_folder() == folder
@@ -219,7 +217,6 @@ def test_hash_of_kernels_has_every_kernel_they_call(name: str) -> None:
 
 @pytest.fixture
 def folder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
-    """The folder of kept results, not made yet."""
     monkeypatch.setenv("MIXED_EHL_CACHE", "")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
@@ -227,7 +224,6 @@ def folder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
 
 
 def counted() -> Callable[[], dict[str, Any]]:
-    """Computes a result, and the number of its call."""
     calls = count(1)
     return lambda: {"values": np.linspace(0.0, 1.0, 5) / 3.0, "call": next(calls)}
 

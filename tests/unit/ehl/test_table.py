@@ -119,8 +119,6 @@ def figure() -> Figure:
 
 
 class Result(Reportable):
-    """A result with every kind of item."""
-
     def sections(self, medium: Medium = "page") -> list[Section]:
         table = Table(["name", "value"], [["x", "1"], ["y", "2"]], "cap", ["a note"], "numbers", highlight=1)
         if medium != "page":

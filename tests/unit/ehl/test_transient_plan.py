@@ -1,7 +1,6 @@
 """Mesh, window, interval and work of a transient run: what is planned, extended, and refused."""
 
 import math
-from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
 from typing import Any
@@ -18,7 +17,7 @@ from ehl.material import Material
 from ehl.rough import RoughSurfaces, accuracy
 from ehl.rough._kernels.march import FILM_MIN
 from ehl.rough.accuracy import BATCH, WORK, RunPlan, make_run_plan, mesh_levels, with_overrides
-from ehl.rough.multilevel import MeshLevels, affordable, least_levels, least_work, start_up
+from ehl.rough.multilevel import MeshLevels, affordable, least_levels, least_work
 from ehl.rough.run import TransientRun
 from ehl.rough.scaling import Settings, build_problem
 from ehl.surface.roughness import RoughProfile, generate_profile
@@ -114,7 +113,6 @@ def test_film_at_high_pressure_does_not_collapse_on_a_coarse_mesh() -> None:
 
 @pytest.fixture
 def found(monkeypatch: pytest.MonkeyPatch) -> list[MeshLevels]:
-    """The meshes of each contact that is rolled."""
     found: list[MeshLevels] = []
     rolled = MeshLevels.roll
 
@@ -137,7 +135,6 @@ def bounded(**change: object) -> Contact:
 
 
 def test_a_contact_beyond_its_bound_is_shortened(monkeypatch: pytest.MonkeyPatch, found: list[MeshLevels]) -> None:
-    """Half of the travel, less work, and both means inside both errors."""
     monkeypatch.setitem(WORK, "fast", 1e6)
     monkeypatch.setattr(accuracy, "BOUND", 1e6)
     longer = bounded().solve()
@@ -151,25 +148,6 @@ def test_a_contact_beyond_its_bound_is_shortened(monkeypatch: pytest.MonkeyPatch
     assert shorter.statistical_error * shorter.friction_coefficient >= found[1].drift() > 0.0
     errors = [each.friction_error * each.friction_coefficient for each in (shorter, longer)]
     assert abs(shorter.friction_coefficient - longer.friction_coefficient) <= math.hypot(*errors)
-
-
-def test_the_dearest_contacts_of_the_gear_range_stay_near_their_bound(found: list[MeshLevels]) -> None:
-    """Thin films at high load, whose inlet needs 1385 nodes: 5e7 node-iterations for what it takes.
-
-    That gives mu 0.0312, with an error of 5 %.
-    """
-    dear = Contact(
-        oil="75w90", temperature=399.607, pressure_hertz=1.19501e9, radius_equivalent=26.942e-3,
-        speed_entrainment=0.118761, slide_to_roll=0.13462, speed_sliding_lengthwise=0.209,
-        roughness_rms_1=91.25e-9, roughness_rms_2=91.25e-9, correlation_length=22.7e-6, peklenik_number=5.236,
-        accuracy="fast",
-    )  # fmt: skip
-    result = dear.solve()
-    assert result.status != "failed"
-    assert found[-1].plan.reduced
-    assert found[-1].work < WORK["fast"] * accuracy.BOUND
-    assert abs(result.friction_coefficient - 0.0312) <= result.friction_error * result.friction_coefficient
-    assert result.friction_error < 0.4
 
 
 def test_a_light_load_on_a_thick_film_does_not_fly_apart() -> None:
@@ -241,8 +219,6 @@ def test_number_of_meshes_within_a_budget(budget: float, count: int) -> None:
 
 @dataclass
 class Rolled:
-    """A window that only counts."""
-
     rate: float  # work per b
     rolled: float = 0.0
     work: float = 0.0
@@ -319,68 +295,3 @@ def test_a_finer_mesh_where_two_differ(change: float, budget: float, needed: boo
     levels.change = change
     levels.windows[0].work, levels.windows[1].work = 120.0, 352.0  # type: ignore[misc]
     assert levels.finer_needed() is needed
-
-
-class Started:
-    """The coarsest mesh of a start-up, of five steps per half-width and 10 of work per b."""
-
-    def __init__(self, thermal: bool) -> None:
-        settings, units = SimpleNamespace(thermal=thermal), SimpleNamespace(steps_per_half_width=5)
-        self.problem = SimpleNamespace(settings=settings, units=units)
-        self.run, self.batch, self.steps, self.work = self, 2.0, 0, 0.0
-        self.pieces: list[float] = []
-        self.warmed: list[tuple[str, float]] = []
-
-    def start(self, travel: float) -> None:
-        self.pieces.append(travel)
-        self.steps += round(5 * travel)
-        self.work += 10.0 * travel
-        self.travel = self.steps / 5
-
-    def branch(self, problem: RunPlan) -> "Started":
-        assert problem.reduced
-        return self
-
-    def mean_flux(self, travel: float) -> Any:
-        self.warmed.append(("flux", travel))
-        return np.array([1.0 * len(self.warmed)])
-
-    def preheat(self, travel: float, flux: Any) -> None:
-        assert flux[0] == len(self.warmed)
-        self.warmed.append(("heat", travel))
-
-
-@pytest.mark.parametrize(
-    ("change", "thermal", "pieces", "warming"),
-    [
-        ({"window_max": 12.0, "give_up": 1e9}, True, [10.0], 0.0),
-        ({}, False, [2.8, 2.8, 2.8, 1.6], 0.0),
-        ({"give_up": 343.0}, False, [0.4, 2.8, 2.8, 2.8, 1.2], 0.0),
-        ({"give_up": 341.0}, False, [0.4], None),  # 4 + 96 to go, and 242 of two meshes
-        ({"settling": 4.5}, True, [2.8, 2.8, 2.8, 2.8, 1.8], 13.0),  # 3 b more until the bodies are warm
-        ({"settling": 4.5, "preheating": 3.0}, True, [2.8, 2.8, 2.8, 1.6], 3.0),
-        ({"bound": 341.0}, False, [2.8, 0.2], 0.0),  # 28 + 72 + 242 of two meshes is above: the start-up becomes 3 b
-        ({"bound": 341.0, "reduced": True}, False, [2.8, 2.8, 2.8, 1.6], 0.0),
-    ],
-)
-def test_start_up(
-    monkeypatch: pytest.MonkeyPatch, change: dict[str, Any], thermal: bool, pieces: list[float], warming: float | None
-) -> None:
-    def shortened(plan: RunPlan, length: float) -> RunPlan:
-        assert length == 0.07
-        return replace(plan, startup=3.0, batch=1.0, reduced=True)
-
-    monkeypatch.setattr("ehl.rough.multilevel.reduced_plan", shortened)
-    window: Any = Started(thermal)
-    given = replace(PLAN, startup=10.0, **change)
-    with fails("mesh_budget") if warming is None else nullcontext():
-        plan, flux, travel = start_up(window, given, 4, 0.07, lambda plan: plan)  # type: ignore[arg-type, return-value]
-    assert window.pieces == pytest.approx(pieces)
-    if warming is None:
-        return
-    assert travel == pytest.approx(warming)
-    assert plan.reduced is (given.reduced or given.bound < 342.0)
-    assert window.batch == plan.batch
-    rounds = [("flux", 0.5), ("heat", 3.0)] * 2 if given.preheating else []
-    assert window.warmed == [*rounds, ("flux", 0.5)] * (warming > 0.0)
-    assert (flux is None) is (warming == 0.0)

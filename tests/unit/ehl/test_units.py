@@ -43,7 +43,6 @@ def test_what_is_no_number_is_refused(unit: str, values: list[object]) -> None:
 
 @pytest.mark.parametrize("unit", sorted({*UNITS_READ} - {"rad/s"}))  # where 1/s is 1 rad/s for pint
 def test_no_spelling_has_two_meanings(unit: str) -> None:
-    """A spelling that pint reads for the same dimension is read alike."""
     import pint
 
     registry = _registry()
@@ -100,7 +99,6 @@ def test_remedies() -> None:
     for bare, allowed, meant in (
         (25, ValueRange("m", gt=0.0, le=1.0), "25 mm"),
         (90, ValueRange("K", ge=233.0, le=523.0), "90 degC"),
-        (1.2, ValueRange("Pa", ge=1e5, le=4e9), "1.2 MPa"),
         (1.2, pressure, "1.2 GPa"),
         (1200.0, pressure, "1200 MPa"),
     ):
@@ -114,11 +112,10 @@ def test_remedies() -> None:
         with pytest.raises(InputError) as caught:
             ValueRange("m", gt=0.0, le=1.0, hint="Measure it.").check(value, "field")
         assert caught.value.hint == "Measure it."
-    for text, unit, meant in (("5 Nmm2x", "Pa", "N/mm2"), ("5 rpmm", "rad/s", "rpm"), ("5 mpa s", "m", "mm")):
+    for text, unit, meant in (("5 Nmm2x", "Pa", "N/mm2"), ("5 mpa s", "m", "mm")):
         with pytest.raises(InputError) as caught:
             parse_quantity(text, unit)
         assert caught.value.hint.endswith(f"{meant!r}?") is (meant != "mm")
-        assert caught.value.hint
 
 
 TORQUE = ValueRange("N*m", gt=0.0, le=1000.0)

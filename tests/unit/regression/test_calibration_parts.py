@@ -49,11 +49,7 @@ def test_pressure_of_a_ball_is_hertz() -> None:
 
 @pytest.mark.parametrize("ratio", [1.001, 1.5, 4.0, 30.0])
 def test_pressure_of_an_ellipse_is_in_equilibrium_with_its_displacements(ratio: float) -> None:
-    """Independent of the formulas: pressure p0 sqrt(1 - ..) over the ellipse deforms to the gap of both radii.
-
-    Curvatures of the displacement under an ellipsoidal pressure are integrals over the potential (Johnson 1985,
-    eq. 3.34), taken by quadrature here.
-    """
+    """Independent of the formulas: pressure p0 sqrt(1 - ..) over the ellipse deforms to the gap of both radii."""
     larger, smaller, load = 0.02 * ratio, 0.02, 500.0
     peak = hertz_point_pressure(load, larger, smaller, STEEL)
     area = 1.5 * load / peak  # pi a b
@@ -80,16 +76,17 @@ def test_line_in_place_of_a_point() -> None:
     mean = line_pressure(balls, setup_of(specimens={"geometry": "point", "match": "mean_pressure"}))
     # 2/3 p0 of the ball is pi/4 p0 of the line
     np.testing.assert_allclose(mean * math.pi / 4.0, [2e9 / 3.0, 2.4e9 / 3.0])
-    rollers = measurement_of("load", [1000.0, 2000.0])
-    pressure = line_pressure(rollers, setup_of(specimens={"geometry": "line", "length": "10 mm"}))
-    contact = contact_groups(rollers, setup_of(specimens={"geometry": "line", "length": "10 mm"}))[0].contacts[1]
+    rollers, line = (
+        measurement_of("load", [1000.0, 2000.0]),
+        setup_of(specimens={"geometry": "line", "length": "10 mm"}),
+    )
+    contact = contact_groups(rollers, line)[0].contacts[1]
     assert contact.load_per_length == pytest.approx(2e5, rel=1e-12)
-    assert contact.pressure_hertz == pytest.approx(pressure[1], rel=1e-12)
+    assert contact.pressure_hertz == pytest.approx(line_pressure(rollers, line)[1], rel=1e-12)
 
 
 @pytest.mark.parametrize("name", ["fva3", "m100", "estr", "squalane", "pao 97.5/13.3"])
 def test_pressure_viscosity_is_scaled_at_all_temperatures(name: str) -> None:
-    """Of cards by constants the whole rise is."""
     card = Oil.load(name)
     start = start_values(card, WARM, rising=False)["pressure_viscosity"]
     assert start == pytest.approx(card.at(WARM).pressure_viscosity, rel=1e-12)
@@ -137,10 +134,8 @@ def test_noise_is_found_among_outliers_and_stated_noise_is_checked() -> None:
     # standard error of a scale from 4000 values is 1.2 %; 2 % of outliers bias Huber's by a few per cent, not by 5.6
     assert clean.scale == pytest.approx(1.0, abs=0.04)
     assert dirty.scale == pytest.approx(1.0, abs=0.1)
-    true = robust.noise_of(residuals, 3, stated=True, tuned_to=1.0)
-    assert (true.scale, true.larger_than_stated) == (1.0, False)
-    small = robust.noise_of(2.0 * residuals, 3, stated=True, tuned_to=1.0)
-    assert small.larger_than_stated
+    true, small = (robust.noise_of(k * residuals, 3, stated=True, tuned_to=1.0) for k in (1.0, 2.0))
+    assert (true.scale, true.larger_than_stated, small.larger_than_stated) == (1.0, False, True)
     assert small.chi_square > 1.5
 
 
@@ -206,8 +201,7 @@ def test_card_is_written_read_and_used(tmp_path: Path, monkeypatch: pytest.Monke
     assert (record.file, record.file_hash, record.date, record.rows_used) == ("made.csv", "0" * 64, "2026-01-31", 2)
     assert record.undetermined == ("stress_low",)
     assert record.fitted["stress_slope"].interval_high == pytest.approx(1.04 * 0.03)
-    assert record.conditions["pressure_hertz"] == (1e9, 1.2e9)
-    assert record.surface["boundary_friction"] == 0.12
+    assert (record.conditions["pressure_hertz"], record.surface["boundary_friction"]) == ((1e9, 1.2e9), 0.12)
     # the card by its path in an input file
     oil = OilLubricant(oil="mine.toml", temperature_oil=WARM, eyring_stress_law="pressure").lubricant()
     assert not isinstance(oil.eyring_stress, float)

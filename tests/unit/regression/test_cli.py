@@ -69,15 +69,6 @@ def test_fit_of_one_family(mixed_ehl: Call, plan: Path, tmp_path: Path) -> None:
         assert coefficients[term] == pytest.approx(exponent, abs=1e-9)
 
 
-def test_families_that_cannot_be_fitted_are_named(mixed_ehl: Call, plan: Path, tmp_path: Path) -> None:
-    plan.write_text(PLAN.replace("size = 32", "size = 16"))
-    run = tmp_path / "run"
-    assert mixed_ehl("sweep", plan, "-o", run, "--with", "arana_2019", "--jobs", "1").code == 0
-    # 16 cases: enough for the seven terms of the power law alone
-    assert "xu could not be fitted to these data" in mixed_ehl("fit", run, "-o", tmp_path / "f.json").out
-    assert mixed_ehl("fit", run, "-o", tmp_path / "f.json", "--family", "xu").code == 2
-
-
 def test_a_formula_without_a_value_gives_none_and_exit_code_1(mixed_ehl: Call) -> None:
     options = point(pressure="50 MPa", radius="1 mm", speed="200 m/s", temperature="0 degC")
     as_json = mixed_ehl("mu", "benedict_kelley_1961", *options, "--oil", "fva3", "--json")

@@ -25,6 +25,8 @@ from regression.sweeping.run import Run
 from regression.sweeping.sweep import sweep_shard
 
 PLAN = 'name = "small"\n[sampling]\nsize = 64\ncorners = 4\n' + GEAR_VARIABLES
+POINT = ("--pressure", "1 GPa", "--radius", "12 mm", "--speed", "5 m/s", "--slide-to-roll", "0.3")
+POINT += ("--temperature", "80 degC", "--roughness-rms", "0.4 um")
 Call = Callable[..., Any]
 ARANA = partial(published_outputs, name="arana_2019")
 
@@ -80,11 +82,9 @@ def test_runs_are_fitted_together(shelf: Path, tmp_path: Path, mixed_ehl: Call) 
     formula = tmp_path / "f.json"
     assert mixed_ehl("fit", "small", tmp_path / "more", "-o", formula, "--family", "xu").code == 0
     assert json.loads(formula.read_text())["data"]["hash"] == both.data_hash
-    point = ("--pressure", "1 GPa", "--radius", "12 mm", "--speed", "5 m/s", "--slide-to-roll", "0.3")
-    point += ("--temperature", "80 degC", "--roughness-rms", "0.4 um")
-    within = mixed_ehl("mu", formula, *point, "--hull", "small", "--hull", tmp_path / "more", "--json")
+    within = mixed_ehl("mu", formula, *POINT, "--hull", "small", "--hull", tmp_path / "more", "--json")
     assert json.loads(within.out)["in_convex_hull"] in (True, False)
-    assert mixed_ehl("mu", formula, *point, "--hull", "small").code == 2
+    assert mixed_ehl("mu", formula, *POINT, "--hull", "small").code == 2
 
 
 def test_fit_of_a_name_on_the_command_line(shelf: Path, tmp_path: Path, mixed_ehl: Call) -> None:
@@ -103,21 +103,13 @@ def test_fit_of_a_name_on_the_command_line(shelf: Path, tmp_path: Path, mixed_eh
     corner = ("--radius", "35 mm", "--slide-to-roll", "1.0", "--temperature", "113 degC", "--roughness-rms", "0.54 um")
     beside = mixed_ehl("mu", formula, "--pressure", "1.5 GPa", "--speed", "12.5 m/s", *corner)
     assert "at the edge of the fitted cases" in beside.err
-    refused = mixed_ehl(*high, "--refuse")
-    assert refused.code == 2
-    assert "--pressure = 3000000000" in refused.err
+    assert mixed_ehl(*high, "--refuse").code == 2
     assert mixed_ehl("mu", f"strict:{formula}", *high[2:], "--oil", "fva3").code == 2
     higher = mixed_ehl("mu", formula, "--pressure", "1 GPa", *point[:-1], "1.1 m/s", "--boundary-friction", "0.2")
     assert float(higher.out.split()[2]) > 0.1
-    for model, *option in (
-        ("constant:0.05", "--refuse"),
-        ("constant:0.05", "--boundary-friction", "0.1"),
-        ("constant:0.05", "--hull", "small"),
-        ("xu_kahraman_2007", "--hull", "small"),
-    ):
-        bad = mixed_ehl("mu", model, *option, "--pressure", "1 GPa", *point, "--oil", "fva3")
-        assert bad.code == 2
-        assert option[0] in bad.err
+    for option in (("--refuse",), ("--boundary-friction", "0.1"), ("--hull", "small")):
+        bad = mixed_ehl("mu", "constant:0.05", *option, "--pressure", "1 GPa", *point, "--oil", "fva3")
+        assert (bad.code, option[0] in bad.err) == (2, True)
 
 
 def test_rerun_gives_the_stored_friction_and_finds_what_changed(shelf: Path, monkeypatch: pytest.MonkeyPatch) -> None:

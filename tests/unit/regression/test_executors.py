@@ -235,8 +235,6 @@ def test_no_more_workers_than_cases_or_processors(tmp_path: Path, monkeypatch: p
 
 @dataclass(frozen=True)
 class Square:
-    """A task with a key; 3 crashes its worker where that is one."""
-
     value: int
     parent: int
 

@@ -66,9 +66,7 @@ def rubbing_more(data: Dataset) -> Dataset:
     return replace(found, frame=frame.assign(friction_coefficient=mu, asperity_load_share=np.nan))
 
 
-def test_networks_halve_the_held_out_error_and_survive_the_file(
-    dataset: Dataset, network: FittedFormula, tmp_path: Path
-) -> None:
+def test_networks_halve_the_held_out_error_and_survive_the_file(dataset, network, tmp_path):
     plain = fit_formula(rubbing_more(dataset), "short")
     assert network.validation.mape < 0.5 * plain.validation.mape
     assert network.interval.normalised
@@ -195,9 +193,7 @@ def test_corners_lie_beside_the_cloud_and_state_their_coverage(dataset: Dataset)
 
 
 @pytest.mark.parametrize(("points", "profiles", "expected"), [(60, 16, (0.5, 0.75)), (240, 1, (0.85, 1.15))])
-def test_interval_of_means_over_profiles_is_narrower(
-    dataset: Dataset, points: int, profiles: int, expected: tuple[float, float]
-) -> None:
+def test_interval_of_means_over_profiles_is_narrower(dataset, points, profiles, expected):
     """Friction with a scatter of 15 % by the profile; a mean over 16 keeps a quarter; the formula errs as well."""
     random = np.random.default_rng(8)
     scattered = dataset.frame["friction_coefficient"] * np.exp(0.15 * random.standard_normal(len(dataset.frame)))

@@ -135,13 +135,12 @@ def test_files_that_are_no_formula(tmp_path: Path, change: Any, field: str) -> N
         Formula.load(path)
 
 
-@pytest.mark.parametrize(
-    "changes",
-    [("coefficients", {"strain": 0.9}), ("ranges", {"pressure_hertz": [1e8, 4e9]}), ("boundary_friction", 0.12)],
-)
-def test_an_edited_number_is_refused(tmp_path: Path, mixed_ehl: Cli, change: tuple[str, Any]) -> None:
+EDITED = {"coefficients": {"strain": 0.9}, "interval": {"largest": 0.01}, "boundary_friction": 0.12}
+
+
+@pytest.mark.parametrize(("name", "value"), EDITED.items())
+def test_an_edited_number_is_refused(tmp_path: Path, mixed_ehl: Cli, name: str, value: Any) -> None:
     content, path = json.loads(Formula.load("fva3_short").to_json()), tmp_path / "edited.json"
-    name, value = change
     content[name] = content[name] | value if isinstance(value, dict) else value
     path.write_text(json.dumps(content))
     with refuses("edited.json.checksum"):
@@ -220,10 +219,9 @@ def test_points_never_fitted_are_met_as_their_table_says() -> None:
     assert model.paths.mape == pytest.approx(error.mean(), rel=1e-3)
 
 
-def test_what_a_formula_of_a_file_has_and_lacks(tmp_path: Path) -> None:
+def test_what_a_formula_of_a_file_has_and_lacks() -> None:
     model = FORMULA
     assert len(model.ranking()) == 1
-    assert "pressure_hertz" in model.export(tmp_path / "mu.c")
     for field, use in (
         ("hull", lambda: model.in_convex_hull("gear_fva3")),
         ("dataset", model.plot),
@@ -240,8 +238,7 @@ def test_what_a_formula_of_a_file_has_and_lacks(tmp_path: Path) -> None:
     assert shipped.oil_flag(Oil.load("fva3").model_copy(update={"description": "the same"})) == FrictionFlag.OK
     assert shipped.oil_note(other)
     assert len(shipped.to_text()) > len(shipped.equation)
-    of_all = Formula.load("gear")
-    assert f"{100.0 * np.expm1(of_all.interval.other_oil):.0f} %" in of_all.oil_note(Oil.load("minr"))
+    assert Formula.load("gear").oil_note(Oil.load("minr"))
     thin: Any = {"pressure_hertz": "0.16 GPa", "radius_equivalent": "3.2 mm", "speed_entrainment": "0.05 m/s"}
     thin |= {"roughness_rms": "0.04 um", "correlation_length": "100 um", "temperature": "30 degC"}
     with refuses("conditions"):  # each in its range

@@ -1,14 +1,22 @@
-"""Friction models: names, flags, and what must hold for each of them."""
+"""Friction models: names, flags, what must hold for each of them; local conditions worked out by hand."""
+
+import math
+from typing import Any
 
 import numpy as np
 import pytest
+from contacts import gear_state
 from contacts import gear_state as state
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from refusals import refuses
+from samples import AXLE_OIL
 
 from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
+from ehl.line_contact import LineContact, moes_1992
 from regression.formula import friction_model
+from regression.friction.conditions import conditions_of, contact_points
 from regression.friction.models import FrictionFlag, FrictionModel
 from regression.friction.published_registry import PUBLISHED, SLIDING_FLOOR
 
@@ -70,3 +78,45 @@ def test_bad_names_are_refused(name: str) -> None:
     with pytest.raises(InputError) as caught:
         friction_model(name)
     assert caught.value.value == name
+
+
+def test_conditions_of_two_points_by_hand() -> None:
+    """1 GPa and 12 mm at 4 m/s; sliding 1.2 m/s across and 0.5 m/s along the line, the second point smooth."""
+    given = {"slide_to_roll": -0.3, "speed_sliding_lengthwise": 0.5, "effective_modulus": 228e9}
+    rough = {"roughness_rms_1": [0.3e-6, 0.0], "roughness_rms_2": [0.4e-6, 0.0]}
+    kept = {"pressure_hertz": 1e9, "speed_entrainment": 4.0, "temperature_oil": [353.15, 373.15]}
+    found = conditions_of(gear_state(**kept, **given, **rough), AXLE_OIL)
+    half_width = 4.0 * 0.012 * 1e9 / 228e9
+    load = 0.5 * math.pi * half_width * 1e9
+    by_hand = {"half_width": half_width, "load_per_length": load, "speed_sum": 8.0, "speed_sliding": 1.3}
+    for name, value in (by_hand | {"slide_to_roll_total": 1.3 / 4.0, "roughness_rms": [0.5e-6, 0.0]}).items():
+        np.testing.assert_allclose(found[name], value, rtol=1e-12)
+    for k, temperature in enumerate((353.15, 373.15)):
+        oil = AXLE_OIL.at(temperature)
+        line = LineContact(0.012, 228e9, load, 4.0)
+        speed, _, _ = line.dowson_groups(oil)
+        incompressible = moes_1992(*line.moes_groups(oil)) * 0.012 * math.sqrt(2.0 * speed)
+        # Dowson & Higginson at 1 GPa
+        film = incompressible / (1.0 + 0.6 / 2.7)
+        assert found["film_formula"][k] == pytest.approx(film, rel=1e-9)
+        assert found["viscosity_inlet"][k] == pytest.approx(oil.viscosity_inlet, rel=1e-12)
+        assert found["viscosity_kinematic"][k] == pytest.approx(oil.viscosity_inlet / oil.density, rel=1e-12)
+        mean = float(oil.viscosity(np.array([0.25e9 * math.pi]))[0])
+        assert found["viscosity_mean_pressure"][k] == pytest.approx(mean, rel=1e-9)
+    assert found["film_ratio_formula"][0] == pytest.approx(found["film_formula"][0] / 0.5e-6, rel=1e-12)
+    assert found["film_ratio_formula"][1] == math.inf
+
+
+def test_contradicting_points_are_refused() -> None:
+    """Ratios above 2 are bodies that move in opposite directions."""
+    point = {"pressure_hertz": 1e9, "radius_equivalent": 0.012, "speed_entrainment": 4.0, "temperature_oil": 353.15}
+    assert contact_points(**point, slide_to_roll=2.0).slide_to_roll == 2.0
+    changes: list[tuple[dict[str, Any], str]] = [
+        ({"temperature": 353.15}, "temperature"),
+        ({"speed_entrainment": []}, "speed_entrainment"),
+        ({"speed_entrainment": [1.0, 2.0], "slide_to_roll": [0.1, 0.2, 0.3]}, "speed_entrainment, slide_to_roll"),
+        *(({"slide_to_roll": ratio}, "slide_to_roll") for ratio in (2.1, -3.0, [0.1, 2.5])),
+    ]
+    for change, field in changes:
+        with refuses(field):
+            contact_points(**point | {"slide_to_roll": 0.2} | change)

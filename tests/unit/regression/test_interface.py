@@ -8,9 +8,7 @@ from refusals import refuses
 from small_plans import gear_plan, sweep_plan
 
 import regression
-from ehl import InputError
 from regression.data.result_files import read_run
-from regression.formula import FitRecord
 
 XU = "xu_kahraman_2007"
 
@@ -46,18 +44,15 @@ def test_a_sweep_in_one_line_and_all_that_follows_from_it(tmp_path: Path) -> Non
 
 def test_a_fit_has_its_data_and_a_file_needs_them(tmp_path: Path) -> None:
     run = regression.sweep(regression.Plan.from_dict(gear_plan("fit", {"size": 64})), tmp_path, formula=XU, jobs=1)
-    fitted, other = regression.fit(run, "power_law"), regression.fit(run, "xu")
+    fitted = regression.fit(run, "power_law")
     fitted.save(tmp_path / "fitted.json")
     loaded = regression.Formula.load(tmp_path / "fitted.json")
     assert dict(fitted.to_frame()[["term", "value"]].to_numpy().tolist()) == loaded.coefficients
     titles = [section.title for section in fitted.sections()]
     assert titles == [section.title for section in loaded.sections(dataset=run)]
-    assert len(titles) > len(loaded.sections("terminal")) > 0
     for axes in (fitted.plot(), loaded.plot(dataset=run)):
         drawn = sum(len(points.get_offsets()) for points in axes.collections)
         assert drawn + sum(len(line.get_xdata()) for line in axes.lines) >= fitted.data.used
-    both = regression.Formula.of(fitted, FitRecord((fitted, other), ("power_law", "xu"), run.dataset()))
-    assert [text.count("<table") for text in (fitted._repr_html_(), both._repr_html_())] == [1, 2]
     for field, use in (
         ("dataset", loaded.sections),
         ("dataset", loaded.plot),
@@ -73,21 +68,17 @@ def test_a_fit_has_its_data_and_a_file_needs_them(tmp_path: Path) -> None:
     ("options", "field"),
     [
         ({"formula": "nothing"}, "formula"),
-        ({"shard": "3/2"}, "shard"),
         ({"shard": (0, 2)}, "shard"),
         ({"shard": "²/8"}, "shard"),
-        ({"time_cap": "5 m"}, "time_cap"),
         ({"time_cap": "1e300 s"}, "time_cap"),
         ({"retries": -1}, "retries"),
-        ({"jobs": 0}, "jobs"),
         ({"dask": "local:x"}, "dask"),
     ],
 )
 def test_errors_name_the_keyword(tmp_path: Path, options: dict[str, object], field: str) -> None:
     pytest.importorskip("distributed")
-    with pytest.raises(InputError) as caught:
+    with refuses(field):
         regression.sweep("demo", tmp_path, **{"formula": XU, **options})  # type: ignore[arg-type]
-    assert caught.value.field == field
     assert not list(tmp_path.glob("*.jsonl"))
 
 

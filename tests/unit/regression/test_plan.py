@@ -40,7 +40,6 @@ def plan(change: Callable[[dict[str, Any]], object] = lambda content: None) -> P
 
 
 def wide(**changes: Any) -> Plan:
-    """64 points of all ranges."""
     return validate(Plan, {**BASE, "sampling": {"size": 64, "seed": 3}, "variables": RANGES, **changes})
 
 

@@ -205,9 +205,7 @@ def test_a_writer_without_locks_ends_after_a_minute(path: Path, naps: list[float
 
 
 @pytest.mark.parametrize("kind", ["dangling", "folder", "refused"])
-def test_a_sign_of_a_writer_that_cannot_be_made_is_refused(
-    path: Path, naps: list[float], kind: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_sign_of_a_writer_that_cannot_be_made_is_refused(path, naps, kind, monkeypatch):
     shown = path.with_name(f"{path.name}.writer")
     if kind == "refused":
         opened, none = os.open, path.parent / "none" / "x"
@@ -221,8 +219,6 @@ def test_a_sign_of_a_writer_that_cannot_be_made_is_refused(
 
 
 class FullDisk(io.FileIO):
-    """A file on a disk with room for 100 bytes."""
-
     room = 100
 
     def write(self, content: Any) -> int:
@@ -318,7 +314,6 @@ def resumed(path: Path) -> int:
 
 @pytest.mark.parametrize("share", [0.1, 0.5, 0.999])
 def test_whole_rows_of_a_journal_cut_short_are_kept(path: Path, content: dict[str, bytes], share: float) -> None:
-    """A merged file cut short is refused."""
     for file in (path, merged := path.with_suffix(".h5")):
         whole = content[file.suffix]
         file.write_bytes(whole[: int(share * len(whole))])
@@ -339,9 +334,7 @@ def _outcome(use: Callable[[], int]) -> int | str:
 
 @pytest.mark.parametrize("share", np.linspace(0.0001, 0.98, 6))
 @pytest.mark.parametrize("length", [1, 3000])
-def test_a_file_overwritten_anywhere_never_gives_a_wrong_number(
-    tmp_path: Path, content: dict[str, bytes], share: float, length: int
-) -> None:
+def test_a_file_overwritten_anywhere_never_gives_a_wrong_number(tmp_path, content, share, length):
     noise = np.random.default_rng(int(1e6 * share)).integers(0, 256, length, dtype=np.uint8).tobytes()
     for suffix, whole in content.items():
         path, offset = tmp_path / f"damaged{suffix}", int(share * len(whole))
