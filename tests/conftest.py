@@ -28,7 +28,7 @@ settings.load_profile("gate")
 
 # files of the marker `fast`, by folder: cheap tests of every package, some 70 s of processor time with warm kernels
 FAST = {
-    "unit/ehl": ("units table inputs lubricant finish roughness"),
+    "unit/ehl": ("units table inputs lubricant finish"),
     "unit/regression": ("plan families friction_models code_record noise table_files calibration_inputs"),
     "unit/efficiency": (
         "blank cutting_design cutting_kinematics cutting_summary contact_sample "
@@ -41,7 +41,7 @@ FAST = {
 
 # files that reach with those of `fast` every line and branch of input, units, formula files and journal
 PARTS = {
-    "unit/ehl": "running_in roughness_measured measured_surface",
+    "unit/ehl": "roughness_measured measured_surface",
     "unit/regression": "store formula interface datasets",
     "unit": "mistakes",
 }

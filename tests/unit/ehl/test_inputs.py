@@ -101,7 +101,6 @@ def test_a_measured_profile_is_read_in_the_units_of_the_input(tmp_path: Path) ->
     assert surface.measured
 
 
-@pytest.mark.fast
 @pytest.mark.parametrize(
     ("table", "key", "value", "keys"),
     [

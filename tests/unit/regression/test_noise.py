@@ -7,15 +7,9 @@ import pandas as pd
 import pytest
 
 from regression.data.result_files import SURFACE_UNITS
+from regression.fitting import rows as rows_module
 from regression.fitting.fit import interval_of
-from regression.fitting.rows import (
-    band_noise,
-    drawn_rows,
-    expected_rows,
-    measured_noise,
-    realisation_scatter,
-    statistical_variance,
-)
+from regression.fitting.rows import band_noise, expected_rows, measured_noise, realisation_scatter
 from regression.friction.conditions import LUBRICANT_UNITS, STATE_UNITS
 
 POINTS, SEEDS = 400, 8
@@ -85,7 +79,7 @@ def test_points_of_one_profile_stay_what_they_are() -> None:
     rows = expected_rows(single)
     # 90 % of a normal error lie within 1.645 deviations
     stated = pd.DataFrame({"statistical_error": [0.0329, np.nan, 0.0]})
-    np.testing.assert_allclose(statistical_variance(stated), [0.02**2, 0.0, 0.0], rtol=1e-12)
+    np.testing.assert_allclose(rows_module.statistical_variance(stated), [0.02**2, 0.0, 0.0], rtol=1e-12)
     np.testing.assert_array_equal(rows["friction_coefficient"], single["friction_coefficient"])
     np.testing.assert_allclose(rows["noise_variance"], 0.02**2, rtol=1e-12)
 
@@ -136,6 +130,6 @@ def test_coverage_shows_a_fold_unlike_the_others() -> None:
 def test_chosen_points_do_not_widen_the_interval(drawn: int, counted: int) -> None:
     """Points of a table count only where few others were drawn."""
     frame = pd.DataFrame({"origin": ["table"] * 3 + ["sobol"] * drawn})
-    rows = drawn_rows(frame)
+    rows = rows_module.drawn_rows(frame)
     assert rows.sum() == counted
     assert rows[:3].any() == (counted > drawn)
