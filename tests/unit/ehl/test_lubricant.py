@@ -45,7 +45,7 @@ def test_temperature_form_reduces_to_the_inlet_temperature(law: str) -> None:
 
 
 def test_75w90_lies_between_its_lower_and_upper_case() -> None:
-    """FVA 400 constants (bar, degC) of HC + PMA1 with the published secant of 9.68 1/GPa, and of PAO/E + add. + PMA1."""
+    """FVA 400 constants (bar, degC) of HC + PMA1 with the published secant of 9.68 1/GPa, and of PAO/E + PMA1."""
     lower, upper = (411.5, 4.797, 36.10e-3, 0.4055e-4), (361.6, 3.544, 55.47e-3, -0.6858e-4)
 
     def rise(constants: tuple[float, ...], bar: float, celsius: float) -> float:

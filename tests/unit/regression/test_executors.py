@@ -34,7 +34,7 @@ from ehl.common.runner import (
 )
 from ehl.common.validation import validate
 from ehl.contact import Contact
-from ehl.inputs import ModelInput, SurfaceInput
+from ehl.inputs import ModelInput
 from regression.data.dataset import load_dataset, run_status
 from regression.plan.cost import contact_seconds
 from regression.plan.plan import Plan
@@ -45,7 +45,6 @@ from regression.sweeping.evaluators import (
     case_key,
     fallback_settings,
     published_outputs,
-    solve_outputs,
 )
 from regression.sweeping.slurm import slurm_script
 from regression.sweeping.sweep import sweep_shard
@@ -421,15 +420,6 @@ def test_key_follows_input_seed_and_version(plan: Plan) -> None:
     # a task never raises
     row = CaseRunner(XU, None)(CaseTask("k", "sobol", case.model_copy(update={"contact": None})))
     assert (row["status"], row["reason"].partition(":")[0]) == ("failed", "error")
-
-
-def test_the_solver_gives_every_column(plan: Plan) -> None:
-    _, case = next(plan.cases())
-    smooth = case.model_copy(update={"surface": SurfaceInput()})
-    row = CaseRunner(solve_outputs, None)(CaseTask("k", "sobol", smooth))
-    assert row["status"] == "converged"
-    assert row["friction_coefficient"] == pytest.approx(row["friction_fluid"] + row["friction_asperity"], rel=1e-12)
-    assert 0.0 < row["friction_error"] < 0.05
 
 
 def test_slurm(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
