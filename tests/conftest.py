@@ -29,7 +29,7 @@ settings.load_profile("gate")
 # files of the marker `fast`, by folder: cheap tests of every package, some 70 s of processor time with warm kernels
 FAST = {
     "unit/ehl": ("units table inputs lubricant finish"),
-    "unit/regression": ("plan families friction_models code_record noise table_files calibration_inputs"),
+    "unit/regression": ("plan friction_models code_record noise table_files calibration_inputs"),
     "unit/efficiency": (
         "blank cutting_design cutting_kinematics cutting_summary contact_sample "
         "load_equilibrium load_edge_contact lay external_load output_solid geometry_parts duty strength loss "

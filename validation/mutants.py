@@ -116,7 +116,7 @@ AREAS: dict[str, tuple[dict[str, str], tuple[str, ...]]] = {
             ),
             "tests/unit/regression/test_calibration_parts.py",
             *(f"tests/verification/regression/test_{name}.py" for name in ("recovery", "sensitivity")),
-            "tests/unit/regression/test_families.py",
+            "tests/unit/regression/test_friction_models.py",
             "tests/golden/test_golden.py",
         ),
     ),

@@ -226,7 +226,9 @@ def test_laws_and_their_figures(base: dict[str, Any]) -> None:
     rising = case(base | RISING).lubricant.lubricant()
     figures = {"stress_low": 5e6, "stress_slope": 0.035, "pressure_start": 0.5e9, "pressure_end": 3.5e9}
     assert rising.shear_law.stress == RisingStress(**figures)
-    limited = case(base | SMOOTH | {"limiting_shear_coefficient": 0.06}).lubricant.lubricant()
+    own = {"limiting_shear_coefficient": 0.06, "thermal_conductivity": 0.2}
+    limited = case(base | SMOOTH | own).lubricant.lubricant()
+    assert limited.thermal_conductivity == 0.2
     law = limited.shear_law
     assert (law.limit, law.limit_slope, law.limit_ambient, law.plain) == ("smooth", 0.06, 2e6, False)
     constant = case(base | {"eyring_stress": "6 MPa"}).lubricant.lubricant().shear_law

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from samples import CONTACT
 
@@ -19,7 +19,6 @@ from ehl.smooth.refine import FLOOR, extrapolate
 positive = st.floats(1e-4, 1e3)
 
 
-@settings(max_examples=40, deadline=None)
 @given(flow=positive, inlet_width=st.floats(1e-3, 1.0), spike=st.floats(0.3, 1.0), spike_width=st.floats(1e-3, 0.3))
 def test_points_increase_and_nest(flow, inlet_width, spike, spike_width):
     features = Features(flow, 1.0 + 0.4 * math.sqrt(1.0 + 2.0 * flow), -1.0, inlet_width, spike, spike_width)

@@ -3,6 +3,7 @@
 import json
 import math
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -24,7 +25,7 @@ from ehl.material import Material
 from ehl.rough import RoughSurfaces, accuracy, solve_transient
 from ehl.rough._kernels.march import FILM_MIN
 from ehl.rough.accuracy import BATCH, WORK, RunPlan, make_run_plan, mesh_levels, with_overrides
-from ehl.rough.multilevel import MeshLevels, affordable, least_levels, least_work
+from ehl.rough.multilevel import MeshLevels, affordable, least_levels, least_work, start_up
 from ehl.rough.run import TransientRun
 from ehl.rough.scaling import Settings, build_problem
 from ehl.surface.roughness import RoughProfile, generate_profile
@@ -382,6 +383,7 @@ def test_measured_roughness_left_out_changes_no_more_than_said(kind: str, tmp_pa
     assert skipped.transient is None
     assert full.transient is not None
     assert skipped.film_ratio == pytest.approx(full.film_ratio, rel=1e-6)
+    assert kind == "scratch" or skipped.film_ratio == pytest.approx(6.2, rel=0.03)  # of the same Rq
     change = abs(full.friction_coefficient / skipped.friction_coefficient - 1.0)
     assert change < skipped.friction_error + full.friction_error
     assert skipped.friction_error < 0.025
@@ -414,3 +416,58 @@ def test_steps_that_do_not_converge_are_repeated_on_a_finer_mesh(finer: str, mon
     assert 1.8 * solved[0] < solved[1] < 2.2 * solved[0]
     assert result.status == ("converged" if finer == "converged" else "unsettled")
     assert any("time step halved" in note for note in result.notes) == (finer == "converged")
+
+
+class Started:
+    """The coarsest mesh of a start-up, of five steps per half-width and 10 of work per b."""
+
+    def __init__(self, thermal: bool) -> None:
+        settings, units = SimpleNamespace(thermal=thermal), SimpleNamespace(steps_per_half_width=5)
+        self.run, self.problem = self, SimpleNamespace(settings=settings, units=units)
+        self.batch, self.steps, self.work, self.pieces, self.warmed = 2.0, 0, 0.0, list[float](), list[Any]()
+
+    def start(self, travel: float) -> None:
+        self.pieces.append(travel)
+        self.steps += round(5 * travel)
+        self.work += 10.0 * travel
+        self.travel = self.steps / 5
+
+    def branch(self, problem: RunPlan) -> "Started":
+        assert problem.reduced
+        return self
+
+    def mean_flux(self, travel: float) -> Any:
+        self.warmed.append(("flux", travel))
+        return np.array([1.0 * len(self.warmed)])
+
+    def preheat(self, travel: float, flux: Any) -> None:
+        assert flux[0] == len(self.warmed)
+        self.warmed.append(("heat", travel))
+
+
+@pytest.mark.parametrize(
+    ("change", "thermal", "pieces", "warming"),
+    [
+        ({"window_max": 12.0, "give_up": 1e9}, True, [10.0], 0.0),
+        ({"give_up": 343.0}, False, [0.4, 2.8, 2.8, 2.8, 1.2], 0.0),
+        ({"give_up": 341.0}, False, [0.4], None),  # 4 + 96 to go, and 242 of two meshes
+        ({"settling": 4.5}, True, [2.8, 2.8, 2.8, 2.8, 1.8], 13.0),  # 3 b more until the bodies are warm
+        ({"settling": 4.5, "preheating": 3.0}, True, [2.8, 2.8, 2.8, 1.6], 3.0),
+        ({"bound": 341.0}, False, [2.8, 0.2], 0.0),  # 28 + 72 + 242 of two meshes is above: the start-up becomes 3 b
+        ({"bound": 341.0, "reduced": True}, False, [2.8, 2.8, 2.8, 1.6], 0.0),
+    ],
+)
+def test_start_up(monkeypatch, change, thermal, pieces, warming):
+    def shortened(plan: RunPlan, length: float) -> RunPlan:
+        assert length == 0.07
+        return replace(plan, startup=3.0, batch=1.0, reduced=True)
+
+    monkeypatch.setattr("ehl.rough.multilevel.reduced_plan", shortened)
+    window, given = Started(thermal), replace(PLAN, startup=10.0, **change)
+    with fails("mesh_budget") if warming is None else nullcontext():
+        plan, flux, travel = start_up(window, given, 4, 0.07, lambda plan: plan)
+        assert (travel, flux is None) == (pytest.approx(warming), warming == 0.0)
+        assert (plan.reduced, plan.batch) == (given.reduced or given.bound < 342.0, window.batch)
+        rounds = [("flux", 0.5), ("heat", 3.0)] * 2 if given.preheating else []
+        assert window.warmed == [*rounds, ("flux", 0.5)] * (warming > 0.0)
+    assert window.pieces == pytest.approx(pieces)

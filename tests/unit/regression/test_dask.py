@@ -9,6 +9,7 @@ import time
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from refusals import refuses
@@ -104,20 +105,11 @@ def test_another_version(plan: Plan, tmp_path: Path, cluster: Executor, monkeypa
         sweep_shard(plan, tmp_path, evaluate=XU, executor=cluster)
 
 
-class _Silent:
-    """A client whose cluster has no workers, or no scheduler any more."""
-
-    def __init__(self, status: str) -> None:
-        self.status = status
-
-    def nthreads(self) -> dict[str, int]:
-        return {}
-
-
+# a client whose cluster has no workers, or no scheduler any more
 @pytest.mark.parametrize("status", ["running", "closed"])
 def test_a_cluster_that_is_gone_is_said(plan: Plan, status: str) -> None:
     _, case = next(plan.cases())
-    cluster = DaskCluster(_Silent(status), worker_timeout=0.0)
+    cluster = DaskCluster(SimpleNamespace(status=status, nthreads=dict), worker_timeout=0.0)
     rows = cluster.results(iter([(0, CaseTask("k", "sobol", case))]), CaseRunner(XU))
     with pytest.raises(ClusterLost):
         next(iter(rows))

@@ -76,6 +76,13 @@ def test_networks_halve_the_held_out_error_and_survive_the_file(dataset, network
     np.testing.assert_allclose(upper, network.evaluate(columns(dataset.frame)).upper, rtol=1e-12)
 
 
+def test_networks_of_workers(dataset: Dataset, network: FittedFormula, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("regression.fitting.fit._WORTH_WORKERS", 0.0)
+    monkeypatch.setattr("regression.fitting.cross_validation._KEPT", {})
+    again = fit_formula(rubbing_more(dataset), NETWORK, jobs=2)
+    assert again.to_json() == network.to_json()
+
+
 def test_networks_of_several_oils_are_tuned_to_each(two_oils: Dataset) -> None:
     frame, _ = usable_rows(rubbing_more(two_oils), corners=False)
     form = fit_form(SHORT, frame, network=True, by_oil=True)
@@ -203,7 +210,10 @@ def test_interval_of_means_over_profiles_is_narrower(dataset, points, profiles, 
     frame["key"] = [f"{number:064x}" for number in range(len(frame))]
     frame["friction_coefficient"] *= np.exp(0.15 * random.standard_normal(len(frame)))
     alone = fit_formula(plain, "power_law").interval
-    found = fit_formula(plain, "power_law", noise=replace(dataset, frame=frame)).interval
+    formula = fit_formula(plain, "power_law", noise=replace(dataset, frame=frame))
+    found = formula.interval
+    assert (formula.noise.single if formula.noise else 0.15) == pytest.approx(0.15, rel=0.15)
+    assert (formula.noise is None) is (profiles == 1)
     assert alone.of_means == 1.0
     assert expected[0] < found.of_means < expected[1]
     for before, after in zip((alone, *alone.bands), (found, *found.bands), strict=True):
