@@ -49,10 +49,7 @@ def test_the_same_row_twice_is_no_realisation() -> None:
     assert measured_noise(realisation_scatter(frame[frame["seed"] == 0])) is None
     assert measured_noise(realisation_scatter(frame.iloc[:0])) is None
     assert band_noise(None, "film_ratio", 1.0) is None
-
-
-def test_failed_cases_and_other_oils_do_not_count() -> None:
-    frame = repeated()
+    # nor do failed cases or other oils count
     frame.loc[frame["seed"] == 3, "status"] = "failed"
     assert set(realisation_scatter(frame)["realisations"]) == {SEEDS - 1}
     frame["oil"] = np.where(frame["seed"] % 2 == 0, "fva3", "75w90")
