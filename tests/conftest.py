@@ -28,10 +28,8 @@ settings.load_profile("gate")
 
 # files of the marker `fast`, by folder: cheap tests of every package, some 70 s of processor time with warm kernels
 FAST = {
-    "unit/ehl": ("units validation table inputs lubricant oil_sheet finish roughness"),
-    "unit/regression": (
-        "plan conditions families friction_models code_record conformal table_files calibration_inputs"
-    ),
+    "unit/ehl": ("units table inputs lubricant finish"),
+    "unit/regression": ("plan friction_models code_record noise table_files calibration_inputs"),
     "unit/efficiency": (
         "blank cutting_design cutting_kinematics cutting_summary contact_sample "
         "load_equilibrium load_edge_contact lay external_load output_solid geometry_parts duty strength loss "
@@ -43,7 +41,7 @@ FAST = {
 
 # files that reach with those of `fast` every line and branch of input, units, formula files and journal
 PARTS = {
-    "unit/ehl": "running_in roughness_measured measured_surface",
+    "unit/ehl": "roughness_measured measured_surface",
     "unit/regression": "store formula interface datasets",
     "unit": "mistakes",
 }

@@ -43,7 +43,7 @@ from common import command_line
 ROOT = Path(__file__).resolve().parents[1]
 # area -> functions of each file (empty: all), tests
 AREAS: dict[str, tuple[dict[str, str], tuple[str, ...]]] = {
-    "units": ({"ehl/common/units.py": ""}, ("tests/unit/ehl/test_units.py", "tests/unit/ehl/test_validation.py")),
+    "units": ({"ehl/common/units.py": ""}, ("tests/unit/ehl/test_units.py", "tests/unit/ehl/test_inputs.py")),
     "journal": ({"ehl/common/journal.py": ""}, ("tests/unit/regression/test_store.py",)),
     "errors": (
         {
@@ -81,7 +81,7 @@ AREAS: dict[str, tuple[dict[str, str], tuple[str, ...]]] = {
             "regression/friction/uncertainty.py": "",
         },
         (
-            *(f"tests/unit/ehl/test_{name}.py" for name in ("input_uncertainty", "contact_uncertainty", "finish")),
+            *(f"tests/unit/ehl/test_{name}.py" for name in ("input_uncertainty", "finish")),
             "tests/unit/efficiency/test_error_bars.py",
             "tests/unit/regression/test_formula.py",
         ),
@@ -104,10 +104,7 @@ AREAS: dict[str, tuple[dict[str, str], tuple[str, ...]]] = {
             "regression/calibration/robust.py": "",
         },
         (
-            *(
-                f"tests/unit/regression/test_{name}.py"
-                for name in ("error_bars", "conformal", "noise", "fit", "formula")
-            ),
+            *(f"tests/unit/regression/test_{name}.py" for name in ("error_bars", "noise", "fit", "formula")),
             *(
                 f"tests/unit/regression/test_fit_checks.py::{name}"
                 for name in (
@@ -119,7 +116,7 @@ AREAS: dict[str, tuple[dict[str, str], tuple[str, ...]]] = {
             ),
             "tests/unit/regression/test_calibration_parts.py",
             *(f"tests/verification/regression/test_{name}.py" for name in ("recovery", "sensitivity")),
-            "tests/unit/regression/test_families.py",
+            "tests/unit/regression/test_friction_models.py",
             "tests/golden/test_golden.py",
         ),
     ),

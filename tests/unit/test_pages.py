@@ -86,7 +86,7 @@ ONLY_READ = {
     "mixed-ehl calibrate synthetic_traction.csv --setup calibration.toml -o": "the tutorial runs it",
     "mixed-ehl calibrate docs/examples/synthetic_traction.csv": "the tutorial runs it",
     "mixed-ehl compare fm_spiral_bevel_14x39_relieved --friction formula.json": "solves every contact point, a minute",
-    "mixed-ehl solve docs/examples/contact_rough.toml": "a rough contact; test_solve_rough solves one",
+    "mixed-ehl solve docs/examples/contact_rough.toml": "a rough contact; test_transient_plan solves one",
     "mixed-ehl gear fm_spiral_bevel_14x39 --report": "the tutorial writes the page",
     "mixed-ehl gear fm_spiral_bevel_14x39_relieved --friction formula.json --report": "as above",
     'mixed-ehl map fm_spiral_bevel_14x39 --torque "50': "test_page_of_a_point_and_of_a_map",

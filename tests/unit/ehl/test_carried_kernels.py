@@ -104,7 +104,6 @@ def one_bit_flipped(content: bytes) -> bytes:
     ("name", "damaged"),
     [
         (f"{NAME}.bin", one_bit_flipped),
-        (f"{NAME}.bin", lambda content: content[:-1]),
         (f"{NAME}.bin", None),
         (INDEX, None),
         (INDEX, lambda content: b"{\xff"),
@@ -135,12 +134,12 @@ def test_who_names_a_processor_or_has_an_older_one_compiles(folder: Path, monkey
         assert not carries(NAME, SOURCES)
         return str(why_not())
 
-    with monkeypatch.context() as asked:
-        asked.setenv("MIXED_EHL_KERNELS", "native")
+    with monkeypatch.context() as patch:
+        patch.setenv("MIXED_EHL_KERNELS", "native")
         assert "MIXED_EHL_KERNELS" in refused()
     for name in ("CPU_NAME", "CPU_FEATURES"):
-        with monkeypatch.context() as asked:
-            asked.setattr(carried_kernels.config, name, "generic")
+        with monkeypatch.context() as patch:
+            patch.setattr(carried_kernels.config, name, "generic")
             assert "NUMBA_CPU_NAME" in refused()
     has = llvm.get_host_cpu_features()
     monkeypatch.setattr(carried_kernels.llvm, "get_host_cpu_features", lambda: dict(has, fma=False))
@@ -149,9 +148,7 @@ def test_who_names_a_processor_or_has_an_older_one_compiles(folder: Path, monkey
     assert "index" in refused()
 
 
-def test_kernels_are_written_for_this_processor_or_the_target_and_name_the_features(
-    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_features_of_written_kernels(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def needed(place: Path) -> set[str]:
         return set(json.loads((place / INDEX).read_text())["features"])
 

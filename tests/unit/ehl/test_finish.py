@@ -1,16 +1,25 @@
-"""Finishes and additives: figures inside their ranges, sources, lay at an angle, ranges of a surface by numbers."""
+"""Finishes, additives and generated profiles: figures inside their ranges, lay at an angle, statistics, heights."""
 
 import math
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 from refusals import refuses
 from samples import CONTACT, PLAIN_OIL
 from scipy import integrate
+from scipy.signal import resample
 
 import ehl
+from ehl.surface import roughness
 from ehl.surface.finish import STATES, Additive, Finish, default_correlation_length, lay_seen, surface_uncertainty
-from ehl.surface.roughness import SelfAffine, generate_profile
+from ehl.surface.roughness import (
+    SelfAffine,
+    autocorrelation,
+    generate_profile,
+    measured_correlation_length,
+    translation,
+)
 
 
 @pytest.mark.parametrize("name", ehl.shipped("finishes"))
@@ -32,12 +41,13 @@ def test_every_figure_has_range_and_source(name, state):
 
 
 def test_unknown_names_are_refused():
-    with refuses("finish"):
-        Finish.load("polished")
-    with refuses("finish_state"):
-        Finish.load("ground", "worn")
-    with refuses("additive"):
-        Additive.load("MoDTC")
+    for load, names, field in (
+        (Finish.load, ("polished",), "finish"),
+        (Finish.load, ("ground", "worn"), "finish_state"),
+        (Additive.load, ("MoDTC",), "additive"),
+    ):
+        with refuses(field):
+            load(*names)
 
 
 def test_a_finish_with_a_measured_rq_has_shorter_waves():
@@ -62,12 +72,6 @@ def test_lay_is_the_ellipse_of_the_autocorrelation(angle, ratio):
     assert gamma == pytest.approx((form[0, 0] / form[1, 1]) ** 0.5)
 
 
-def test_default_correlation_length_grows_with_rq():
-    assert default_correlation_length(0.3e-6) == pytest.approx(12e-6)
-    assert default_correlation_length(0.6e-6, 0.6e-6) == pytest.approx(24e-6)  # of one surface, not the composite
-    assert (default_correlation_length(0.01e-6), default_correlation_length(9e-6)) == (8e-6, 150e-6)
-
-
 def test_uncertainty_of_a_surface():
     named = surface_uncertainty(finish="lapped", finish_state="new", additive="ZDDP")
     assert named["roughness_rms"] == Finish.load("lapped", "new").roughness_rms
@@ -84,16 +88,15 @@ def test_uncertainty_of_a_surface():
 def test_self_affine_spectrum_and_profile(hurst):
     spectrum = SelfAffine(20e-6, hurst)
     assert hurst != 0.5 or spectrum.roll_off == pytest.approx(2.0 * math.pi * 20e-6)  # exponential autocorrelation
-    knee = 2.0 * math.pi / spectrum.roll_off
 
-    def density(k):
-        return float(spectrum.density(np.array([k]))[0])
+    def density(ratio):
+        """Density at a wave number over that of the roll-off."""
+        return float(spectrum.density(np.array([ratio * 2.0 * math.pi / spectrum.roll_off]))[0])
 
-    whole = integrate.quad(lambda u: density(u * knee), 0.0, np.inf)[0]
-    fine = integrate.quad(lambda u: density(u * knee), spectrum.roll_off / 5e-6, np.inf)[0]
+    fine, whole = (integrate.quad(density, start, np.inf)[0] for start in (spectrum.roll_off / 5e-6, 0.0))
     assert spectrum.share_below(5e-6) == pytest.approx(fine / whole, rel=1e-6)
     # power law k^-(1 + 2 H) far above the roll-off
-    assert math.log2(density(2e3 * knee) / density(1e3 * knee)) == pytest.approx(-1.0 - 2.0 * hurst, abs=1e-4)
+    assert math.log2(density(2e3) / density(1e3)) == pytest.approx(-1.0 - 2.0 * hurst, abs=1e-4)
     profile = generate_profile(0.4e-6, 20e-6, 40e-3, 1e-6, 3, cutoff=2.5e-6, hurst=hurst)
     assert profile.rms == pytest.approx(0.4e-6)
     assert profile.correlation_length == pytest.approx(20e-6, rel=0.1)  # one realisation of 2000 lengths
@@ -118,17 +121,14 @@ def test_finish_in_a_contact_and_what_overrides_it():
     assert own.roughness_rms_1 == pytest.approx(0.3e-6 / 2.0**0.5)
     assert own.correlation_length == pytest.approx(16e-6 * (0.3 / 0.4 / 2.0**0.5) ** (2.0 / 3.0))
     assert (own.skewness, own.peklenik_number) == (0.0, 2.0)
+    # without a finish the length follows Rq of one surface, also after a change, and is not stored
+    plain = ehl.Contact(**LINE, roughness_rms_1="0.3 um", roughness_rms_2="0.3 um")
+    rougher = plain.replace(roughness_rms_1="0.6 um", roughness_rms_2="0.6 um")
+    assert [each.surface.correlation_length for each in (plain, rougher)] == pytest.approx([12e-6, 24e-6])
+    assert ehl.Contact.from_dict(plain.to_dict()) == plain
+    assert (default_correlation_length(0.01e-6), default_correlation_length(9e-6)) == (8e-6, 150e-6)
     turned = ehl.Contact(**LINE, finish="ground", lay_angle="30 deg").surface
     assert (turned.correlation_length, turned.peklenik_number) == pytest.approx(lay_seen(16e-6, 5.0, math.pi / 6.0))
-
-
-def test_a_changed_rq_takes_the_default_length_along():
-    contact = ehl.Contact(**LINE, roughness_rms_1="0.3 um", roughness_rms_2="0.3 um")
-    assert contact.surface.correlation_length == pytest.approx(12e-6)
-    rougher = contact.replace(roughness_rms_1="0.6 um", roughness_rms_2="0.6 um")
-    assert rougher.surface.correlation_length == pytest.approx(24e-6)
-    assert "correlation_length" not in contact.to_dict()["surface"]
-    assert ehl.Contact.from_dict(contact.to_dict()) == contact
 
 
 def test_boundary_film_and_friction_of_additives():
@@ -145,8 +145,87 @@ def test_boundary_film_and_friction_of_additives():
     assert (own.boundary_friction, own.film_of_contact) == (0.08, pytest.approx(12e-9))
 
 
-def test_inputs_without_effect_are_named():
-    plain = ehl.Contact(**LINE, roughness_rms="0.4 um", lay_angle="10 deg", hurst_exponent=0.6)
-    assert [note.split(" ")[0] for note in plain.unused_inputs()] == ["surface.hurst_exponent", "surface.lay_angle"]
-    fractal = plain.replace(spectrum="self_affine")
-    assert [note.split(" ")[0] for note in fractal.unused_inputs()] == ["surface.lay_angle"]
+LC, LENGTH = 20e-6, 6.4e-3
+
+
+def test_rms_mean_and_period_are_exact():
+    profile = generate_profile(0.3e-6, LC, LENGTH, 1e-6, 7)
+    assert_allclose(np.sqrt(np.mean(profile.heights**2)), 0.3e-6, rtol=1e-12)
+    assert abs(np.mean(profile.heights)) < 1e-18
+    assert profile.length == pytest.approx(LENGTH)
+    assert not profile.heights.flags.writeable
+    assert not np.any(generate_profile(0.0, LC, LENGTH, 2e-6, 7).heights)
+    again, other = (generate_profile(0.3e-6, LC, LENGTH, 1e-6, seed).heights for seed in (7, 6))
+    assert np.array_equal(profile.heights, again)
+    assert abs(np.corrcoef(again, other)[0, 1]) < 0.3
+
+
+@pytest.mark.parametrize(("skewness", "kurtosis"), [(0.0, 3.0), (-1.0, 5.0), (0.0, 1.9)])
+def test_spacing_samples_one_physical_profile(skewness, kurtosis):
+    fine = generate_profile(0.3e-6, LC, LENGTH, 1e-6, 7, skewness=skewness, kurtosis=kurtosis)
+    coarse = generate_profile(0.3e-6, LC, LENGTH, 4e-6, 7, skewness=skewness, kurtosis=kurtosis)
+    assert_allclose(fine.heights[::4], coarse.heights, atol=1e-18)
+    if kurtosis == 3.0:  # band-limited
+        assert_allclose(resample(coarse.heights, len(fine.heights)), fine.heights, atol=1e-18)
+    assert (fine.skewness, fine.correlation_length) == (coarse.skewness, coarse.correlation_length)
+
+
+def test_mean_autocorrelation_is_the_gaussian_one():
+    # the band limit (1.3 % of the variance) and the finite length shift the mean curve by up to 0.02
+    lags = np.arange(0, 40, 4)
+    curves = [autocorrelation(generate_profile(1.0, LC, LENGTH, 1e-6, s).heights)[lags] for s in range(40)]
+    assert_allclose(np.mean(curves, axis=0), np.exp(-((lags * 1e-6 / LC) ** 2)), atol=0.03)
+
+
+def test_no_wavelength_below_the_cutoff():
+    profile = generate_profile(1.0, LC, LENGTH, 1e-6, 1, cutoff=80e-6)
+    power = np.abs(np.fft.rfft(profile.heights)) ** 2
+    wavelength = LENGTH / np.arange(1, len(power))
+    assert power[1:][wavelength < 80e-6 * (1 - 1e-9)].max() < 1e-20 * power.max()
+    assert profile.cutoff == 80e-6
+
+
+def test_correlation_length_of_an_exact_gaussian_acf():
+    x = 1e-6 * np.arange(4000)
+    spectrum = np.fft.rfft(np.exp(-((np.minimum(x, 4000e-6 - x) / LC) ** 2)))
+    heights = np.fft.irfft(np.sqrt(np.maximum(spectrum.real, 0.0)), 4000)
+    assert measured_correlation_length(heights - heights.mean(), 1e-6) == pytest.approx(LC, rel=2e-2)
+    assert measured_correlation_length(np.random.default_rng(0).standard_normal(4096), 1e-6) < 1e-6  # white noise
+
+
+@pytest.mark.parametrize(
+    ("skewness", "kurtosis"),
+    [(0.0, 1.9), (0.0, 6.0), (-1.2, 6.0), (0.5, 2.2), (-0.6, 2.4), (2.0, 12.0), (-3.0, 25.0), (0.02, 3.0006)],
+)
+def test_translation_has_the_moments_and_rises(skewness, kurtosis):
+    w = math.exp(0.3**2)  # border of both families
+    assert roughness.lognormal_kurtosis((w + 2) * math.sqrt(w - 1)) == pytest.approx(w**4 + 2 * w**3 + 3 * w**2 - 3)
+    curve = translation(skewness, kurtosis)
+    node = np.linspace(-9.0, 9.0, 40001)
+    height = curve(node)
+    weight = np.exp(-0.5 * node**2)
+    weight /= weight.sum()
+    assert_allclose([weight @ height, weight @ height**2], [0.0, 1.0], atol=1e-9)
+    assert_allclose([weight @ height**3, weight @ height**4], [skewness, kurtosis], rtol=1e-5, atol=1e-6)
+    # strictly rising until the bounded family saturates in double precision
+    assert np.all(np.diff(height) >= 0.0)
+    assert np.all(np.diff(curve(np.linspace(-4, 4, 801))) > 0.0)
+
+
+def test_translated_profiles_have_the_moments_on_average():
+    profiles = [generate_profile(1e-7, LC, 4e-2, 4e-6, s, skewness=-1.0, kurtosis=5.0) for s in range(10)]
+    assert np.mean([p.skewness for p in profiles]) == pytest.approx(-1.0, abs=0.08)
+    assert np.mean([p.kurtosis for p in profiles]) == pytest.approx(5.0, abs=0.4)
+    assert np.mean([p.correlation_length for p in profiles]) == pytest.approx(LC, rel=0.05)
+    assert all(p.rms == 1e-7 for p in profiles)
+
+
+WRONG = {"rms": (-1e-7, math.nan), "correlation_length": (0.0,), "length": (5e-5,), "spacing": (3e-5,), "seed": (-1,)}
+WRONG |= {"cutoff": (1.0,), "kurtosis": (1.0, 100.0), "skewness": (3.0,)}
+
+
+@pytest.mark.parametrize(("name", "value"), [(name, value) for name, values in WRONG.items() for value in values])
+def test_bad_input_names_the_field(name, value):
+    arguments = {"rms": 1e-7, "correlation_length": LC, "length": LENGTH, "spacing": 1e-6, "seed": 1} | {name: value}
+    with refuses("kurtosis" if name == "skewness" else name):
+        generate_profile(**arguments)

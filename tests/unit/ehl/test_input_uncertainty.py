@@ -1,4 +1,4 @@
-"""Spreads of inputs and how their changes make an interval."""
+"""Spreads of inputs, how their changes make an interval, and the interval of one contact."""
 
 import csv
 import math
@@ -7,25 +7,21 @@ from typing import Any
 
 import numpy as np
 import pytest
+import samples
 from matplotlib.figure import Figure
 from refusals import refuses
 
+import ehl
 from ehl.common.data import data_path
 from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
 from ehl.fluid.oil_uncertainty import standard_uncertainty
+from ehl.inputs import ContactProblem
 from ehl.surface.finish import Additive, Finish, lay_seen, surface_uncertainty
+from ehl.uncertainty import spread as spread_module
+from ehl.uncertainty.contact_design import contact_uncertainty, uncertain_contact_inputs, varied_lubricant
 from ehl.uncertainty.result import Change, InputUncertainty, combined, ends, score_of
-from ehl.uncertainty.spread import (
-    DEFAULT,
-    FILE,
-    FILM_RATIOS,
-    GROUPS,
-    Spread,
-    UncertaintyInput,
-    lateral_spread,
-    stated_change,
-)
+from ehl.uncertainty.spread import DEFAULT, FILE, FILM_RATIOS, GROUPS, Spread, UncertaintyInput, stated_change
 
 
 def uncertainty(*changes: Change) -> InputUncertainty:
@@ -45,11 +41,8 @@ def test_skewed_inputs_hold_their_share_of_random_draws() -> None:
     """ln mu of eight inputs with quadratic responses, all skewed to the same side: 90 % within a point and a half."""
     z, rng = score_of(0.9), np.random.default_rng(1)
     slopes, bends = np.linspace(0.1, 0.5, 8), np.linspace(0.0, 0.08, 8)
-    changes = [
-        Change(str(k), "oil", 1.0, -z * a + z * z * b, z * a + z * z * b)
-        for k, (a, b) in enumerate(zip(slopes, bends, strict=True))
-    ]
-    down, up = combined(changes)
+    ends_of = zip(-z * slopes + z * z * bends, z * slopes + z * z * bends, strict=True)
+    down, up = combined([Change(str(k), "oil", 1.0, *both) for k, both in enumerate(ends_of)])
     draws = rng.normal(size=(200_000, 8))
     drawn = draws @ slopes + draws**2 @ bends
     assert np.mean((drawn > down) & (drawn < up)) == pytest.approx(0.9, abs=0.015)
@@ -58,13 +51,10 @@ def test_skewed_inputs_hold_their_share_of_random_draws() -> None:
 def test_largest_contribution_comes_first() -> None:
     found = uncertainty(Change("viscosity", "oil", 0.1, -0.01, 0.01), Change("boundary_film", "film", 0.1, -0.2, 0.3))
     assert [source.name for source in found.sources] == ["boundary_film", "viscosity"]
-    assert found.headline().startswith("0.050 (0.041 to 0.068), of which film 0.013")
     assert found.groups["film"] == pytest.approx(0.025 * (math.exp(0.3) - math.exp(-0.2)))
     assert found.to_frame()["share"].sum() == pytest.approx(1.0)
-    axes = found.plot(Figure().add_subplot())
-    assert len(axes.get_yticklabels()) == 3  # with that of all inputs
-    none = uncertainty()
-    assert none.low == none.high == 0.05
+    assert len(found.plot(Figure().add_subplot()).get_yticklabels()) == 3  # with that of all inputs
+    assert uncertainty().low == uncertainty().high == 0.05
 
 
 def test_spreads() -> None:
@@ -75,31 +65,24 @@ def test_spreads() -> None:
             Spread(wrong)
     with refuses("level"):
         score_of(0.0)
+    # the ends of a range are those of its 90 % interval, to either side of the figure
+    figure, z = Additive.load("EP").boundary_film, score_of(0.9)
+    ends = [Spread.of_figure(figure).at(figure.value, side) for side in (-z, z)]
+    assert ends == pytest.approx([figure.low, figure.high], rel=1e-9)
+    # where nothing is said of the lay, it is not below isotropic
+    assert [DEFAULT.spread("peklenik_number").at(1.0, side) for side in (-z, z)] == pytest.approx([1.0, 5.0])
 
 
 def test_spreads_of_rough_model_given_friction_and_remembered_card() -> None:
     """The first decreases as the inverse square above a film ratio of 1; a card from memory adds 0.15 in quadrature."""
-    assert lateral_spread(np.array([0.5, 1.0, 2.0]), 0.08) == pytest.approx([0.08, 0.08, 0.02])
-    usual, given = (
-        surface_uncertainty(roughness_rms=1e-6, boundary_friction=friction)["boundary_friction"]
-        for friction in (None, 0.05)
-    )
+    assert spread_module.lateral_spread(np.array([0.5, 1.0, 2.0]), 0.08) == pytest.approx([0.08, 0.08, 0.02])
+    surfaces = [surface_uncertainty(roughness_rms=1e-6, boundary_friction=friction) for friction in (None, 0.05)]
+    usual, given = (surface["boundary_friction"] for surface in surfaces)
     assert (given.value, given.sigma) == pytest.approx((0.05, usual.sigma))
     law: Any = SimpleNamespace(deviation=0.08, law="law")
     known, memory = (standard_uncertainty(law, None, certainty) for certainty in ("verified", "unverified"))
     assert (known["pressure_viscosity"], memory["pressure_viscosity"]) == (0.08, 0.17)
     assert (known["viscosity"], memory["viscosity"]) == (0.05, 0.10)
-
-
-def test_a_range_has_its_own_ends() -> None:
-    """The ends of a range are those of its 90 % interval, to either side of the figure."""
-    figure = Additive.load("EP").boundary_film
-    spread, z = Spread.of_figure(figure), score_of(0.9)
-    assert spread.at(figure.value, z) == pytest.approx(figure.high, rel=1e-9)
-    assert spread.at(figure.value, -z) == pytest.approx(figure.low, rel=1e-9)
-    # where nothing is said of the lay, it is not below isotropic
-    assert DEFAULT.spread("peklenik_number").at(1.0, -z) == 1.0
-    assert DEFAULT.spread("peklenik_number").at(1.0, z) == pytest.approx(5.0)
 
 
 def test_own_spreads_take_the_place_of_defaults() -> None:
@@ -127,10 +110,7 @@ def test_a_finish_brings_its_ranges_and_its_rq_is_one_cause() -> None:
 
 
 def test_stated_slopes_by_hand(monkeypatch: pytest.MonkeyPatch) -> None:
-    """ln mu moves by slope times shift: 0.2 x -0.3 x 2 below, 0.4 x 0.5 x 2 above at the first entry.
-
-    Half way to the second on a log scale the slopes are 0.3 and 0.8; bodies count where films are smooth, too.
-    """
+    """ln mu moves by slope times shift: 0.2 x -0.3 x 2 below, 0.4 x 0.5 x 2 above at the first entry."""
     nodes = (np.log([0.1, 0.4]), np.array([0.2, 0.4]), np.array([0.4, 1.2]))
     monkeypatch.setattr("ehl.uncertainty.spread._slopes", lambda: {"boundary_film": nodes, "temperature_bulk": nodes})
     spread = Spread(0.5, sd_below=0.3)
@@ -157,9 +137,7 @@ def test_stated_slopes_are_those_of_the_table(place: int) -> None:
     ("angle", "range_of_gamma"),
     [(0.0, (3.0, 9.0)), (25.0, (1.766, 2.089)), (45.0, (1.0, 1.0)), (90.0, (1.0 / 3.0, 1.0 / 3.0))],
 )
-def test_the_lay_ratio_of_a_finish_is_varied_at_the_angle_of_its_marks(
-    angle: float, range_of_gamma: tuple[float, float]
-) -> None:
+def test_lay_ratio_at_the_angle_of_the_marks(angle: float, range_of_gamma: tuple[float, float]) -> None:
     """Grinding marks are 3 to 9 times as long as wide; gamma and the length along x follow, of at least 1/3."""
     ground, z = DEFAULT.of_surface(finish="ground"), score_of(0.9)
     for side, ratio, gamma in zip((-1.0, 1.0), (3.0, 9.0), range_of_gamma, strict=True):
@@ -187,13 +165,8 @@ def test_a_given_peklenik_number_has_a_range_of_its_own() -> None:
     ("logit", "turn", "asperities", "film", "level"),
     [(0.0, 1.0, 0.2, 0.4, 0.0), (0.0, 0.8, 0.1, 0.3, -0.5), (-1.0, 1.0, 0.2, 0.4, 1.0), (-1.5, 0.7, 0.2, 0.4, 1.2)],
 )
-def test_inputs_that_interact_hold_their_share_of_random_draws(
-    logit: float, turn: float, asperities: float, film: float, level: float
-) -> None:
-    """ln mu = ln(X e^(level + a z1) + (1 - X) e^(b z2)), X = 1/(1 + e^-(logit + c z3)): 90 +- 2 % inside.
-
-    An interval without one of the inputs is not wider, within 0.01.
-    """
+def test_inputs_that_interact_hold_their_share_of_random_draws(logit, turn, asperities, film, level):
+    """ln mu = ln(X e^(level + a z1) + (1 - X) e^(b z2)), X = 1/(1 + e^-(logit + c z3)): 90 +- 2 % inside."""
     z, names, axes = score_of(0.9), ("asperities", "film", "share"), np.eye(3)
 
     def change(scores: Any) -> Any:
@@ -215,3 +188,110 @@ def test_inputs_that_interact_hold_their_share_of_random_draws(
         lower, upper = ends([one for one in changes if one.name != name], together, together)
         assert lower > down - 0.01
         assert upper < up + 0.01
+
+
+OIL = Oil.load("75w90")
+CONTACT = ehl.Contact(oil="75w90", temperature="90 degC", roughness_rms="0.4 um", **samples.CONTACT)
+
+
+def product(problem: ContactProblem) -> tuple[float, float, float]:
+    """mu = eta0 mu_b sqrt(boundary film), a film ratio of 0.5."""
+    surface = problem.surface
+    film = math.sqrt(surface.film_of_contact)
+    return problem.lubricant.viscosity_inlet * surface.boundary_friction * film, 0.01, 0.5
+
+
+def smooth(problem: ContactProblem) -> tuple[float, float, float]:
+    return product(problem)[0], 0.01, 5.0
+
+
+def test_a_product_adds_as_squares() -> None:
+    spreads = UncertaintyInput.none(viscosity=0.1, boundary_friction=0.2, boundary_film=0.2)
+    found = contact_uncertainty(CONTACT.problem(), product, spreads, OIL, jobs=1)
+    reach = score_of(0.9) * math.sqrt(0.1**2 + 0.2**2 + 0.1**2)
+    assert math.log(found.high / found.value) == pytest.approx(reach, rel=1e-9)
+    assert math.log(found.low / found.value) == pytest.approx(-reach, rel=1e-9)
+    assert {source.name for source in found.sources} == {"viscosity", "boundary_friction", "boundary_film"}
+
+
+def test_thick_films_do_not_ask_for_roughness_and_nothing_uncertain_leaves_nothing() -> None:
+    found = contact_uncertainty(CONTACT.problem(), smooth, DEFAULT, OIL, jobs=1)
+    assert {source.group for source in found.sources} == {"oil", "bulk temperature", "steel"}
+    exact = contact_uncertainty(CONTACT.problem(), product, UncertaintyInput.none(), OIL, jobs=1)
+    assert exact.low == exact.high == exact.value
+    by_numbers = contact_uncertainty(CONTACT.problem(), smooth, UncertaintyInput.none(), None, jobs=1)
+    assert "no oil card" in by_numbers.notes[0]
+
+
+def test_every_input_is_moved_by_its_own_spread() -> None:
+    z, problem = score_of(0.9), CONTACT.problem()
+    inputs = uncertain_contact_inputs(problem, DEFAULT, OIL, 0.5)
+    below = {entry.name: entry.moved(problem, -z) for entry in inputs}
+    above = {entry.name: entry.moved(problem, z) for entry in inputs}
+    assert above["boundary_film"].surface.boundary_film == pytest.approx(2.0 * problem.surface.film_of_contact)
+    ratio = below["roughness_rms_1"].surface.roughness_rms_1 / problem.surface.roughness_rms_1
+    assert ratio == pytest.approx(1.0 / 1.2)
+    assert below["roughness_rms_1"].surface.roughness_rms_2 == problem.surface.roughness_rms_2
+    assert above["temperature_bulk"].temperature_bulk[1] - problem.temperature_bulk[1] == pytest.approx(10.0 * z)
+    for number, body in enumerate(problem.bodies):  # 30 +- 10 W/(m K)
+        ratio = above["conductivity_solid"].bodies[number].thermal_conductivity / body.thermal_conductivity
+        assert ratio == pytest.approx(math.exp(0.30 * z))
+    thick = above["pressure_viscosity"].lubricant
+    rise = float(thick.log_viscosity_ratio(0.8e9) / problem.lubricant.log_viscosity_ratio(0.8e9))
+    beyond = problem.lubricant.continuation_difference(problem.line.pressure_hertz) / z
+    assert rise == pytest.approx(math.exp(z * math.hypot(OIL.uncertainty.pressure_viscosity, beyond)))
+
+
+def test_rq_of_a_finish_is_one_cause_and_its_waves_another() -> None:
+    z, problem = score_of(0.9), CONTACT.problem()
+    ground = DEFAULT.of_surface(finish="ground")
+    entries = {entry.name: entry for entry in uncertain_contact_inputs(problem, ground, OIL, 0.5)}
+    assert not {"finish", "roughness_rms_1", "roughness_rms_2"} & set(entries)
+    rough = entries["roughness_rms"].moved(problem, z).surface
+    figure = Finish.load("ground").roughness_rms
+    for number in ("1", "2"):
+        ratio = getattr(rough, f"roughness_rms_{number}") / getattr(problem.surface, f"roughness_rms_{number}")
+        assert ratio == pytest.approx(figure.high / figure.value)
+    assert rough.correlation_length == problem.surface.correlation_length
+    longer = entries["correlation_length"].moved(problem, z).surface
+    length = Finish.load("ground").correlation_length
+    assert longer.correlation_length / problem.surface.correlation_length == pytest.approx(length.high / length.value)
+    assert longer.roughness_rms == problem.surface.roughness_rms
+
+
+def test_lubricant_figures_are_scaled_one_by_one() -> None:
+    oil = CONTACT.problem().lubricant
+    fields = {"viscosity": "viscosity_inlet", "limiting_shear": "limiting_shear_coefficient"}
+    for name in (*fields, "thermal_conductivity"):
+        field = fields.get(name, name)
+        assert getattr(varied_lubricant(oil, name, 1.5), field) == pytest.approx(1.5 * getattr(oil, field))
+    stress = [one.shear_law.scale(np.array([0.0, 1e9])) for one in (varied_lubricant(oil, "eyring_stress", 1.5), oil)]
+    np.testing.assert_allclose(stress[0], 1.5 * stress[1], rtol=1e-12)
+
+
+def test_a_failed_end_is_named_and_left_out() -> None:
+    def fails(problem: ContactProblem) -> tuple[float, float, float]:
+        mu, error, ratio = product(problem)
+        return (math.nan if problem.surface.boundary_friction > 0.1 else mu), error, ratio
+
+    spreads = UncertaintyInput.none(boundary_friction=0.2, viscosity=0.1)
+    found = contact_uncertainty(CONTACT.problem(), fails, spreads, OIL, jobs=1)
+    assert [source.name for source in found.sources] == ["viscosity"]
+    assert "boundary_friction" in found.notes[-1]
+
+
+@pytest.mark.parametrize(
+    ("surface", "ends"),
+    [({"finish": "ground", "lay_angle": "25 deg"}, (1.766, 2.089)), ({"peklenik_number": 3.0}, (1.0, 9.0))],
+)
+def test_range_of_the_peklenik_number(monkeypatch, surface, ends):
+    """That of a finish by its lay ratio of 3 to 9 at the angle of the marks, a given one by a factor of 3."""
+    given: list[Any] = []
+    monkeypatch.setattr("ehl.uncertainty.contact_design.contact_uncertainty", lambda *parts: given.append(parts))
+    CONTACT.replace(**surface).uncertainty()
+    ((problem, _, spreads, oil, *_),) = given
+    inputs = {entry.name: entry for entry in uncertain_contact_inputs(problem, spreads, oil, 0.5)}
+    moved = [inputs["peklenik_number"].moved(problem, z).surface for z in (-score_of(0.9), score_of(0.9))]
+    assert [one.peklenik_number for one in moved] == pytest.approx(ends, abs=1e-3)
+    if "finish" not in surface:
+        assert {one.correlation_length for one in moved} == {problem.surface.correlation_length}

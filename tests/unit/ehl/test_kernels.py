@@ -10,6 +10,8 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -64,19 +66,16 @@ def test_what_a_kernel_calls_is_private_to_it() -> None:
 
 
 def test_the_stamp_of_a_kernel_follows_the_contents_of_all_its_sources(tmp_path: Path) -> None:
-    folder = tmp_path / "_kernels"
-    folder.mkdir()
-    (folder / "one.py").write_text("a = 1\n")
-    (folder / "two.py").write_text("b = 2\n")
-    before = source_hash(folder)
+    def stamp(**contents: str) -> bytes:
+        for name, text in contents.items():
+            (folder / f"{name}.py").write_text(text)
+        return source_hash(folder)
+
+    (folder := tmp_path / "_kernels").mkdir()
+    before = stamp(one="a = 1\n", two="b = 2\n")
     os.utime(folder / "two.py", (50.0, 50.0))
-    assert source_hash(folder) == before
-    (folder / "two.py").write_text("b = 3\n")
-    assert source_hash(folder) != before
-    # files that trade their contents are other sources
-    (folder / "one.py").write_text("b = 2\n")
-    (folder / "two.py").write_text("a = 1\n")
-    assert source_hash(folder) != before
+    assert stamp() == before != stamp(two="b = 3\n")
+    assert stamp(one="b = 2\n", two="a = 1\n") != before  # files that trade their contents are other sources
 
 
 def test_kernels_on_disk_carry_the_stamp_and_another_one_does_not_count(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -94,16 +93,13 @@ OF_USERS = pytest.mark.skipif(not hasattr(os, "getuid"), reason="under Windows e
 
 
 @pytest.fixture
-def places(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> dict[str, Path]:
-    """The three folders that compiled kernels may be in, none made yet."""
+def places(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[Path]:
+    """The three folders that compiled kernels may be in, none made yet: given, of the user, temporary."""
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     monkeypatch.setattr(config, "CACHE_DIR", str(tmp_path / "given"))
-    return {
-        "given": tmp_path / "given",
-        "user": tmp_path / "cache" / "mixed-ehl" / "kernels",
-        "temporary": tmp_path / f"mixed-ehl-kernels-{os.getuid()}",
-    }
+    names = ("given", "cache/mixed-ehl/kernels", f"mixed-ehl-kernels-{os.getuid()}")
+    return [tmp_path / name for name in names]
 
 
 def plant(folder: Path, how: str) -> None:
@@ -128,11 +124,9 @@ def plant(folder: Path, how: str) -> None:
 
 @OF_USERS
 @pytest.mark.parametrize("how", ["open to others", "link", "of another", "file"])
-def test_kernels_are_in_the_first_folder_that_belongs_to_the_user_alone(
-    places: dict[str, Path], capfd: pytest.CaptureFixture[str], how: str
-) -> None:
+def test_kernels_are_in_the_first_folder_that_belongs_to_the_user_alone(places, capfd, how):
     kernel_sources._report_refused.cache_clear()
-    for folder in places.values():
+    for folder in places:
         assert kernel_folder() == folder
         assert folder.stat().st_mode & 0o777 == 0o700
         assert Path(str(KernelCache(newton.py_func).cache_path)).parent == folder
@@ -146,11 +140,11 @@ def test_kernels_are_in_the_first_folder_that_belongs_to_the_user_alone(
     assert capfd.readouterr().err.count("NUMBA_CACHE_DIR is not used") == 1
 
 
+@dataclass
 class Attack:
     """Runs a command of another where it is loaded."""
 
-    def __init__(self, made: Path) -> None:
-        self.made = made
+    made: Path
 
     def __reduce__(self) -> tuple[Callable[..., Any], tuple[Any, ...]]:
         return os.mkdir, (str(self.made),)
@@ -186,9 +180,7 @@ def test_warmup(mixed_ehl: Callable[..., Any]) -> None:
         warm_up("all")
 
 
-def test_a_process_that_loads_gives_the_bits_of_one_that_compiles_and_an_untested_numba_the_same(
-    tmp_path: Path,
-) -> None:
+def test_a_loaded_kernel_gives_the_bits_of_a_compiled_one(tmp_path: Path) -> None:
     """What is compiled is announced once; an untested version compiles by the public interface of numba."""
     before = "import sys, numba\nnumba.__version__ = sys.argv[1]\n"
     after = "from ehl.compile import carried, compiler\nprint(carried.why_not(), len(compiler.compiled_kernels()))"
@@ -225,30 +217,21 @@ def test_hash_of_kernels_has_every_kernel_they_call(name: str) -> None:
 
 @pytest.fixture
 def folder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
-    """The folder of kept results, not made yet."""
     monkeypatch.setenv("MIXED_EHL_CACHE", "")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     return tmp_path / "cache" / "mixed-ehl" / "results"
 
 
-class Count:
-    """Computes a result and counts how often."""
-
-    def __init__(self) -> None:
-        self.calls = 0
-
-    def __call__(self) -> dict[str, Any]:
-        self.calls += 1
-        return {"values": np.linspace(0.0, 1.0, 5) / 3.0, "call": self.calls}
+def counted() -> Callable[[], dict[str, Any]]:
+    calls = count(1)
+    return lambda: {"values": np.linspace(0.0, 1.0, 5) / 3.0, "call": next(calls)}
 
 
-def test_a_result_is_computed_once_and_always_where_it_cannot_be_kept(
-    folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    make = Count()
+def test_a_result_is_computed_once(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    make = counted()
     first, second = kept("results", "a", make), kept("results", "a", make)
-    assert make.calls == 1
+    assert first["call"] == second["call"] == 1
     assert first["values"].tobytes() == second["values"].tobytes()
     assert folder.stat().st_mode & 0o777 == 0o700 or os.name == "nt"
     assert [file.name for file in folder.iterdir()] == ["a"]
@@ -275,20 +258,16 @@ def test_a_result_is_computed_once_and_always_where_it_cannot_be_kept(
     ],
 )
 def test_a_damaged_entry_is_computed_again(folder: Path, damage: Callable[[bytes], bytes]) -> None:
-    make = Count()
+    make = counted()
     kept("results", "a", make)
     entry = folder / "a"
     entry.write_bytes(damage(entry.read_bytes()))
-    assert kept("results", "a", make)["call"] == 2
-    assert kept("results", "a", make)["call"] == 2
-    assert make.calls == 2
+    assert [kept("results", "a", make)["call"] for _ in range(2)] == [2, 2]
 
 
 @OF_USERS
-def test_nothing_is_loaded_that_others_could_have_written(
-    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    make, ran = Count(), tmp_path / "ran"
+def test_nothing_of_others_is_loaded(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    make, ran = counted(), tmp_path / "ran"
     content = pickle.dumps(Attack(ran))
     planted = tmp_path / "planted"
     planted.write_bytes(hashlib.sha256(content).digest() + content)
@@ -305,12 +284,8 @@ def test_nothing_is_loaded_that_others_could_have_written(
     assert not ran.exists()
     # a file of another user
     folder.chmod(0o700)
-    true = os.fstat
-    monkeypatch.setattr(
-        private_files.os,
-        "fstat",
-        lambda number: os.stat_result([*true(number)[:4], os.getuid() + 1, *true(number)[5:]]),
-    )
+    true, other = os.fstat, os.getuid() + 1
+    monkeypatch.setattr(private_files.os, "fstat", lambda n: os.stat_result([*true(n)[:4], other, *true(n)[5:]]))
     assert kept("results", "c", make)["call"] == 4
     assert not ran.exists()
 
@@ -318,10 +293,8 @@ def test_nothing_is_loaded_that_others_could_have_written(
 def test_the_least_recently_used_entries_go(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(private_files, "ENTRIES", 3)
     for place, key in enumerate("abc"):
-        kept("results", key, Count())
+        kept("results", key, counted())
         os.utime(folder / key, (place, place))
-    make = Count()
-    kept("results", "a", make)
-    kept("results", "d", Count())
-    assert make.calls == 0
+    kept("results", "a", counted())
+    kept("results", "d", counted())
     assert {file.name for file in folder.iterdir()} == {"a", "c", "d"}

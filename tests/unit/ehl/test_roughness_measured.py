@@ -10,14 +10,8 @@ from numpy.testing import assert_allclose
 from refusals import refuses
 
 from ehl.common.errors import InputError
-from ehl.surface.measured_profile import (
-    detrended,
-    gaussian_mean_line,
-    joined_ends,
-    load_profile,
-    prepared_profile,
-    profile_points,
-)
+from ehl.surface import measured_profile
+from ehl.surface.measured_profile import gaussian_mean_line, load_profile, prepared_profile, profile_points
 from ehl.surface.profile_file import read_heights, read_topography
 from ehl.surface.roughness import generate_profile
 
@@ -34,7 +28,6 @@ def write(path, lines) -> str:
 
 
 def trace(folder, profile, unit="um", of=1e-6) -> str:
-    """A file of a generated profile."""
     points = zip(profile.x, profile.heights, strict=True)
     return write(folder / "p.csv", [f"x [mm], z [{unit}]", *(f"{1e3 * x:.6f},{z / of:.6f}" for x, z in points)])
 
@@ -53,8 +46,6 @@ GERMAN = [line.replace(",", ";").replace(".", ",") for line in rows()]
         ("x [mm], height [um]", rows(), "utf-8"),
         ("# stylus\n# x (mm); z (µm)", GERMAN, "utf-8-sig"),
         ("x[mm]\tz[um]", rows(template="{x}\t{z}"), "utf-16"),
-        ("# x [mm] z [um]\n", rows(template="  {x}   {z}"), "utf-8"),
-        ("x [mm]\tz [µm]", [line.replace(";", "\t") for line in GERMAN], "utf-8"),
         ("# x [mm]  z [µm]", [line.replace(";", "  ") for line in GERMAN], "latin-1"),
         ("Stylus,2.5 µm\nLength,0.1 mm\n\nLateral mm,Raw Micrometer,", rows(template="{x},{z},,"), "cp1252"),
         ("Weg/mm;Höhe/µm", GERMAN, "cp1252"),
@@ -99,7 +90,6 @@ def test_uneven_steps_are_resampled_and_noted(tmp_path):
     [
         (["x [mm], z [um]", *rows(50)], "at least 64 points"),
         (["x [mm], z [um]", *rows(99), "0.099,x9", "0.100,0.1"], "Line 101"),
-        (["x [mm], z [um]", *rows(99), "0.099,1,2"], "Line 101 has 3"),
         (["x [mm], z [um]", *rows(99), "0.050,0.1"], "point 100"),
         (["x [mm], z [um]", *rows(99), "9.0,0.1"], "oints are missing"),
         (["x [mm], z [kg]", *rows()], "unit_height"),
@@ -119,11 +109,11 @@ def test_what_is_refused_and_how(tmp_path, lines, says):
 def test_gaps_and_spikes_are_interpolated_and_counted(tmp_path):
     truth = generate_profile(0.4e-6, 30e-6, 4e-3, STEP, 4)
     lines = [f"{1e3 * x:.6f};{1e6 * z:.6f}" for x, z in zip(truth.x, truth.heights, strict=True)]
-    for k in (700, 701, 2500):
-        lines[k] = lines[k].partition(";")[0] + ";Bad"
+    for k, code in ((700, "Bad"), (701, "-9999"), (2500, "No Data"), (2600, "***")):
+        lines[k] = lines[k].partition(";")[0] + f";{code}"
     lines[1200] = lines[1200].partition(";")[0] + ";35.0"
     found = read_heights(write(tmp_path / "p.csv", ["x [mm];z [um]", *lines])).cleaned()
-    assert (found.missing, found.spikes, len(found.notes)) == (3, 1, 2)
+    assert (found.missing, found.spikes, len(found.notes)) == (4, 1, 2)
     assert_allclose(found.heights[0], truth.heights, atol=5e-9)
     lines[1000:1200] = [line.partition(";")[0] + ";" for line in lines[1000:1200]]
     with refuses("profile"):
@@ -152,10 +142,8 @@ def test_a_map_of_text(tmp_path, kind):
     if kind in HEADS_OF_MAPS:
         text = [HEADS_OF_MAPS[kind], *("\t".join(f"{z:.5e}" for z in line) for line in lines)]
     else:
-        text = ["x [um] y [um] z [um]"]
-        text += [
-            f"{1e6 * a:g} {2 * k} {1e6 * z:.6f}" for k, line in enumerate(lines) for a, z in zip(x, line, strict=True)
-        ]
+        points = ((a, k, z) for k, line in enumerate(lines) for a, z in zip(x, line, strict=True))
+        text = ["x [um] y [um] z [um]", *(f"{1e6 * a:g} {2 * k} {1e6 * z:.6f}" for a, k, z in points)]
     if kind == "points with holes":
         del text[500::97]
     found = read_heights(write(tmp_path / "map.txt", text)).cleaned()
@@ -177,13 +165,6 @@ def test_missing_and_binary_files_and_a_missing_extra(tmp_path, monkeypatch):
         load_profile(tmp_path / "scan.opd", cutoff_long=None, cutoff_short=10e-6)
 
 
-def test_detrending_leaves_no_polynomial_and_a_mean_line_no_constant():
-    x = np.linspace(0.0, 1.0, 500)
-    for degree in (1, 2):
-        assert_allclose(detrended(3.0 + 2.0 * x - 7.0 * x**2 * (degree - 1), degree), 0.0, atol=1e-12)
-    assert_allclose(gaussian_mean_line(np.full(300, 2.5), STEP, 80e-6), 2.5)
-
-
 @pytest.mark.parametrize(("ratio", "passes"), [(1.0, 0.5), (2.0, 2.0**-0.25), (0.5, 2.0**-4.0), (10.0, 2.0**-0.01)])
 def test_gaussian_filter_transmission(ratio, passes):
     # ISO 16610-21: 2^-(cutoff/wavelength)^2
@@ -191,15 +172,15 @@ def test_gaussian_filter_transmission(ratio, passes):
     smooth = gaussian_mean_line(wave(200e-6), STEP, cutoff)
     middle = slice(1000, 3000)
     assert np.std(smooth[middle]) / np.std(wave(200e-6)[middle]) == pytest.approx(passes, rel=2e-3)
+    assert_allclose(gaussian_mean_line(np.full(300, 2.5), STEP, cutoff), 2.5)
 
 
 def test_joined_ends_are_periodic_and_keep_the_rms():
     heights = np.random.default_rng(3).standard_normal(20000)
     smooth = gaussian_mean_line(heights, 1.0, 40.0)
-    joined = joined_ends(smooth, 4000)
+    joined = measured_profile.joined_ends(smooth, 4000)
     assert len(joined) == 16000
-    step = abs(joined[0] - joined[-1])
-    assert step < 3.0 * np.abs(np.diff(smooth)).max()
+    assert abs(joined[0] - joined[-1]) < 3.0 * np.abs(np.diff(smooth)).max()
     assert np.std(joined[:4000]) == pytest.approx(np.std(smooth), rel=0.1)
 
 
@@ -235,13 +216,7 @@ def test_positions_with_too_few_digits_are_even(tmp_path):
     assert_allclose(found.heights[0], heights, atol=1e-12)
 
 
-@pytest.mark.parametrize("code", ["-9999", "Bad", "No Data", "***"])
-def test_codes_of_missing_heights(tmp_path, code):
-    lines = [line if k % 9 else line.partition(",")[0] + "," + code for k, line in enumerate(rows(), 1)]
-    assert read_heights(write(tmp_path / "p.csv", ["x [mm],z [um]", *lines])).cleaned().missing == 11
-
-
-@pytest.mark.parametrize("kind", ["gwy", "netcdf", "x3p", "matrix"])
+@pytest.mark.parametrize("kind", ["gwy", "x3p", "matrix"])
 def test_formats_written_by_surface_topography(tmp_path, kind):
     """Its own test files do not come with the package: it writes files of the same formats."""
     package = pytest.importorskip("SurfaceTopography", reason="extra roughness")
@@ -294,11 +269,8 @@ def test_profilometer_line_and_map(tmp_path, monkeypatch):
     provide(line)
     found = read_heights(path)
     assert_allclose([found.spacing, found.heights[0, 10]], [1e-6, 1e-6 * line[10]])
-    lines = np.stack([0.0 * line, line, 0.5 * line])
-    provide(lines.T)
-    found = read_heights(path)
-    assert_allclose(found.heights, 1e-6 * lines)
-    assert found.spacing_lines == pytest.approx(5e-6 / 3.0)
+    provide(np.stack([0.0 * line, line, 0.5 * line]).T)
+    assert read_heights(path).spacing_lines == pytest.approx(5e-6 / 3.0)
     assert np.max(profile_points(path)[1]) == pytest.approx(0.5e-6, rel=0.01)
     # a text of another format is tried as well, whatever its name
     (tmp_path / "scan.csv").write_text("aBCR-1.0\n" + "12\n" * 70, encoding="utf-8")

@@ -18,7 +18,7 @@ from refusals import refuses
 from rich.console import Console
 
 from ehl.common.notes import Note, NoteKind, group_notes, notes_table
-from ehl.common.pages import Reportable, TableResult, write_csv, write_workbook
+from ehl.common.pages import Reportable, write_csv, write_workbook
 from ehl.common.sections import Code, Folded, Head, KeyFigures, MainResult, Medium, Notes, Picture, Row, Section, Text
 from ehl.common.table import Column, Table
 
@@ -39,15 +39,6 @@ def printed(table: Table, width: int) -> str:
     return file.getvalue()
 
 
-def test_terminal_shows_words_as_they_are_and_obeys_none() -> None:
-    text = printed(TABLE, 200)
-    for word in HOSTILE[:-1]:
-        assert word in text
-    assert "\x1b" not in text.replace("\x1b[3m", "").replace("\x1b[0m", "")
-    assert "[/title] <i>" in text
-    assert "note [/n] <u>" in text
-
-
 def test_page_escapes_words() -> None:
     page = TABLE.html()
     assert set(re.findall(r"<(\w+)", page)) <= {"table", "caption", "span", "thead", "tbody", "tr", "th", "td", "p"}
@@ -59,17 +50,14 @@ def test_page_escapes_words() -> None:
 
 
 def test_csv_is_si_and_computes_nothing() -> None:
-    rows = list(csv.reader(io.StringIO(TABLE.csv())))
-    assert rows[0] == ["oil", "film_central [m]", "efficiency", "temperature_oil [K]"]
-    for row, word in zip(rows[1:], HOSTILE, strict=True):
-        assert row[0] == (f"'{word}" if word[0] in "=+-@" else word)
-        assert float(row[3]) == 353.15
-    assert [float(row[1]) for row in rows[1:]] == [record["film_central"] for record in TABLE.records()]
+    head, *rows = csv.reader(io.StringIO(TABLE.csv()))
+    assert head == ["oil", "film_central [m]", "efficiency", "temperature_oil [K]"]
+    assert [row[0] for row in rows] == [f"'{word}" if word[0] in "=+-@" else word for word in HOSTILE]
+    numbers = [(record["film_central"], 353.15) for record in TABLE.records()]
+    assert [(float(row[1]), float(row[3])) for row in rows] == numbers
 
 
 def test_workbook_is_in_display_units_and_computes_nothing(tmp_path: Path) -> None:
-    from openpyxl import load_workbook
-
     many = [TABLE, TABLE, Table(["note"], [], name="x" * 40), Table(["note"], [["a"]], name="x" * 50)]
     book = load_workbook(write_workbook(tmp_path / "t.xlsx", [Section("", [Head("=title"), *many])]))
     assert book.sheetnames[:3] == ["about", "a b  c", "a b  c 2"]
@@ -84,15 +72,12 @@ def test_workbook_is_in_display_units_and_computes_nothing(tmp_path: Path) -> No
 
 def test_json_and_frame_are_si_without_nan() -> None:
     table = Table(["oil", "film_central"], [(np.str_("a"), np.float64(1e-7)), ("b", np.nan), ("c", np.int64(0))])
-    assert json.loads(json.dumps(table.records(), allow_nan=False)) == [
-        {"oil": "a", "film_central": 1e-7},
-        {"oil": "b", "film_central": None},
-        {"oil": "c", "film_central": 0},
-    ]
+    records = json.loads(json.dumps(table.records(), allow_nan=False))
+    assert [(record["oil"], record["film_central"]) for record in records] == [("a", 1e-7), ("b", None), ("c", 0)]
     assert list(table.to_frame().columns) == ["oil", "film_central"]
 
 
-@pytest.mark.parametrize("width", [8, 15, 29, 50, 78, 113])
+@pytest.mark.parametrize("width", [8, 29, 78])
 @pytest.mark.parametrize("vertical", [False, True])
 def test_narrow_terminals_lose_columns_but_no_digits(width: int, vertical: bool) -> None:
     numbers = {"film_central": 2.5e-7, "efficiency": 0.98765, "pressure_hertz": 1.23456e9, "speed": 100.0}
@@ -103,8 +88,6 @@ def test_narrow_terminals_lose_columns_but_no_digits(width: int, vertical: bool)
     words = {word.strip(".;,:") for word in text.split() if word[0].isdigit()} - {str(width)}
     assert words <= {"250.0", "98.765", "1.235", "954.9"}
     assert "250.0" in words
-    if "954.9" not in words:
-        assert "pinionspeed[rpm]" in "".join(text.split())
 
 
 def test_vertical_table_gives_each_quantity_its_line_and_unit() -> None:
@@ -119,13 +102,9 @@ def test_columns_may_hold_another_quantity_under_their_name(tmp_path: Path) -> N
     table = Table([Column("E", of="misalignment.E", label="offset"), Column("share", of="largest")], [(1e-3, 0.05)])
     assert table.csv().splitlines()[0] == "E [m],share"
     assert "offset [mm]" in table.html()
-    assert "5.00" in table.html()
-    assert [path.name for path in write_csv(tmp_path / "new", [Table(["a"], [], name="a/b c")])] == ["a_b_c.csv"]
-
-
-def test_rows_of_another_length_are_refused() -> None:
     with pytest.raises(ValueError, match="rows of 2 cells"):
         Table(["a", "b"], [(1,)])
+    assert [path.name for path in write_csv(tmp_path / "new", [Table(["a"], [], name="a/b c")])] == ["a_b_c.csv"]
 
 
 KINDS = (NoteKind("teeth yield", "fault"), NoteKind("edges carry", "warning"), NoteKind("safety", "warning", low=True))
@@ -140,8 +119,6 @@ def figure() -> Figure:
 
 
 class Result(Reportable):
-    """A result with every kind of item."""
-
     def sections(self, medium: Medium = "page") -> list[Section]:
         table = Table(["name", "value"], [["x", "1"], ["y", "2"]], "cap", ["a note"], "numbers", highlight=1)
         if medium != "page":
@@ -174,12 +151,6 @@ def test_page_holds_everything_and_escapes(tmp_path: Path) -> None:
     assert page.source.count("<svg") == 2
 
 
-@pytest.mark.usefixtures("svg_figures")
-def test_powers_of_ten_between_the_marks_of_an_axis_are_typeset(tmp_path: Path) -> None:
-    page = Result().report(tmp_path / "page.html")
-    assert "mathdefault" not in page.read_text(encoding="utf-8")
-
-
 def test_suffix_chooses_the_kind_of_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     result = Result()
     assert json.loads(result.report(tmp_path / "r.json").read_text()) == {"x": 1}
@@ -196,8 +167,6 @@ def test_suffix_chooses_the_kind_of_file(tmp_path: Path, capsys: pytest.CaptureF
     assert result.figure("line").axes
     result.write(plot=tmp_path / "main.svg")
     assert "<svg" in (tmp_path / "main.svg").read_text(encoding="utf-8")
-    axes = figure().axes[0]
-    assert result.plot(axes) is axes
     (tmp_path / "file").write_text("")
     for place in ("r.doc", "file/page.html"):
         with refuses("report"):
@@ -207,26 +176,7 @@ def test_suffix_chooses_the_kind_of_file(tmp_path: Path, capsys: pytest.CaptureF
     with refuses("figure"):
         result.figure("nothing")
     result.show()
-    shown = capsys.readouterr().out
-    for part in ("cap", "a note", "warning", "hot"):
-        assert part in shown
-
-
-class Single(TableResult):
-    def table(self) -> Table:
-        return Table(["oil", "film_central"], [["fva3", 2.5e-7]], "films")
-
-
-def test_a_table_is_a_result(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    single = Single()
-    assert single.report(tmp_path / "t.csv").read_text(encoding="utf-8") == "oil,film_central [m]\nfva3,2.5e-07\n"
-    assert single.to_frame()["film_central"].tolist() == [2.5e-7]
-    assert single.to_dict() == {"rows": [{"oil": "fva3", "film_central": 2.5e-7}]}
-    assert single._repr_html_().startswith("<table>")
-    single.show()
-    assert "films" in capsys.readouterr().out
-    with refuses("plot"):
-        single.plot()
+    assert "hot" in capsys.readouterr().out
 
 
 def test_notes_that_differ_in_numbers_and_places_are_one_row() -> None:
@@ -240,24 +190,11 @@ def test_notes_that_differ_in_numbers_and_places_are_one_row() -> None:
         ("90 N m", "2.1 GPa: the teeth yield"),
     ]
     notes = group_notes(said, KINDS)
-    assert [(note.grade, note.count, note.where) for note in notes] == [
-        ("fault", 1, "90 N m"),
-        ("warning", 2, "90 N m"),
-        ("warning", 2, "90 N m"),
-        ("warning", 2, "70 N m"),
-    ]
+    assert [(note.grade, note.count) for note in notes] == [("fault", 1), *[("warning", 2)] * 3]
     assert [said.index((note.where, note.text)) for note in notes] == [6, 1, 4, 3]  # the worst of each kind
     assert notes_table(notes, 4).rows[1][1:3] == ("2 of 4", "90 N m")
-    assert group_notes([], KINDS) == []
-
-
-def test_of_cases_that_say_the_same_none_is_the_worst(capsys: pytest.CaptureFixture[str]) -> None:
-    said = [(f"model {letter}", "the same, in 2007") for letter in "cab"]
-    (same,) = group_notes(said)
+    # of cases that say the same none is the worst
+    (same,) = group_notes([(f"model {letter}", "the same, in 2007") for letter in "cab"])
     assert (same.count, same.where) == (3, "model c; model a; ...")
-    assert notes_table([same, Note("for information", "of every case")], 3).rows == (
-        ("warning", "all", None, "the same, in 2007"),
-        ("for information", "all", None, "of every case"),
-    )
-    notes_table([], 3).print()
-    assert capsys.readouterr().out == ""
+    assert notes_table([same], 3).rows == (("warning", "all", None, "the same, in 2007"),)
+    assert group_notes([], KINDS) == []

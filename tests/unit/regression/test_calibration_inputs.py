@@ -43,17 +43,14 @@ def files(folder: Path, table: str = GOOD, setup: str = SETUP) -> tuple[Path, Pa
 def test_units_of_the_header_and_common_conditions(tmp_path: Path) -> None:
     measured, given = files(tmp_path)
     measurement = read_measurement(measured, setup_of(given).conditions.given())
-    assert measurement.load == "load"
-    assert measurement.curve == ("a", "a", "b", "b")
-    np.testing.assert_allclose(measurement.columns["speed_entrainment"], [2.5, 2.5, 0.1, 0.05])
-    np.testing.assert_allclose(measurement.columns["slide_to_roll"], [0.05, 0.5, 0.5, 0.5])
-    np.testing.assert_allclose(measurement.columns["temperature_oil"], 353.15)
-    np.testing.assert_allclose(measurement.columns["roughness_rms"], 80e-9)
+    assert (measurement.load, measurement.curve) == ("load", ("a", "a", "b", "b"))
+    columns = {"speed_entrainment": [2.5, 2.5, 0.1, 0.05], "slide_to_roll": [0.05, 0.5, 0.5, 0.5]}
+    for name, values in (columns | {"temperature_oil": 353.15, "roughness_rms": 80e-9}).items():
+        np.testing.assert_allclose(measurement.columns[name], values)
     changed = tomllib.loads(SETUP) | {"surface": {"finish": "Superfinished"}, "model": {"roughness": "load_sharing"}}
     setup = setup_of(changed)
     assert setup.roughness_rms == pytest.approx(2.0**0.5 * setup.surface.roughness_rms_1)
     assert np.isnan(measurement.uncertainty).all()
-    assert len(measurement.file_hash) == 64
 
 
 RIG = """MTM Test Data File
@@ -87,11 +84,8 @@ def test_slip_in_both_directions_is_folded_and_repeats_averaged(tmp_path: Path, 
     ("table", "setup", "field"),
     [
         (TABLE, SETUP, "measured.csv, row 5, speed_entrainment"),
-        (GOOD.replace("36,2500,50", "36,fast,50"), SETUP, "row 3, speed_entrainment"),
         (GOOD.replace("0.030", ""), SETUP, "row 2, friction_coefficient"),
-        (GOOD.replace("0.030", "0,030"), SETUP, "row 2"),
         (GOOD.replace("load [N]", "weight [N]"), SETUP, "weight"),
-        (GOOD.replace("load [N]", "load [mm]"), SETUP, "row 2, load"),
         (GOOD.replace("load [N]", "#load"), SETUP, "pressure_hertz, load, load_per_length"),
         (RIG.replace("SRR (%)", "SRR") + "2500\t0.04\t80\t80\t36\t50\n", SETUP, "slide_to_roll"),
         (GOOD, SETUP.replace('temperature_oil = "80 degC"\n', ""), "column temperature_oil"),

@@ -2,9 +2,11 @@
 
 import datetime
 import math
+import os
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -47,11 +49,7 @@ def test_pressure_of_a_ball_is_hertz() -> None:
 
 @pytest.mark.parametrize("ratio", [1.001, 1.5, 4.0, 30.0])
 def test_pressure_of_an_ellipse_is_in_equilibrium_with_its_displacements(ratio: float) -> None:
-    """Independent of the formulas: pressure p0 sqrt(1 - ..) over the ellipse deforms to the gap of both radii.
-
-    Curvatures of the displacement under an ellipsoidal pressure are integrals over the potential (Johnson 1985,
-    eq. 3.34), taken by quadrature here.
-    """
+    """Independent of the formulas: pressure p0 sqrt(1 - ..) over the ellipse deforms to the gap of both radii."""
     larger, smaller, load = 0.02 * ratio, 0.02, 500.0
     peak = hertz_point_pressure(load, larger, smaller, STEEL)
     area = 1.5 * load / peak  # pi a b
@@ -78,16 +76,17 @@ def test_line_in_place_of_a_point() -> None:
     mean = line_pressure(balls, setup_of(specimens={"geometry": "point", "match": "mean_pressure"}))
     # 2/3 p0 of the ball is pi/4 p0 of the line
     np.testing.assert_allclose(mean * math.pi / 4.0, [2e9 / 3.0, 2.4e9 / 3.0])
-    rollers = measurement_of("load", [1000.0, 2000.0])
-    pressure = line_pressure(rollers, setup_of(specimens={"geometry": "line", "length": "10 mm"}))
-    contact = contact_groups(rollers, setup_of(specimens={"geometry": "line", "length": "10 mm"}))[0].contacts[1]
+    rollers, line = (
+        measurement_of("load", [1000.0, 2000.0]),
+        setup_of(specimens={"geometry": "line", "length": "10 mm"}),
+    )
+    contact = contact_groups(rollers, line)[0].contacts[1]
     assert contact.load_per_length == pytest.approx(2e5, rel=1e-12)
-    assert contact.pressure_hertz == pytest.approx(pressure[1], rel=1e-12)
+    assert contact.pressure_hertz == pytest.approx(line_pressure(rollers, line)[1], rel=1e-12)
 
 
-@pytest.mark.parametrize("name", ["fva3", "75w90", "m100", "pao100", "estr", "80w90", "squalane", "pao 97.5/13.3"])
+@pytest.mark.parametrize("name", ["fva3", "m100", "estr", "squalane", "pao 97.5/13.3"])
 def test_pressure_viscosity_is_scaled_at_all_temperatures(name: str) -> None:
-    """Of cards by constants the whole rise is."""
     card = Oil.load(name)
     start = start_values(card, WARM, rising=False)["pressure_viscosity"]
     assert start == pytest.approx(card.at(WARM).pressure_viscosity, rel=1e-12)
@@ -113,12 +112,9 @@ def test_the_cards_own_values_change_nothing() -> None:
             assert found.eyring_stress == stress_at(own.eyring_stress, 1e9)
             found = replace(found, eyring_stress=own.eyring_stress)
         assert found == own
-
-
-def test_rising_stress_takes_both_figures() -> None:
     card = card_with(Oil.load("75w90"), {"stress_low": 3e6, "stress_slope": 0.05}, WARM)
-    law = lubricant_of(card, WARM, rising=True).eyring_stress
-    assert (law.stress_low, law.stress_slope, law.pressure_start, law.pressure_end) == (3e6, 0.05, 0.5e9, 3.5e9)  # type: ignore[union-attr]
+    law: Any = lubricant_of(card, WARM, rising=True).eyring_stress
+    assert (law.stress_low, law.stress_slope, law.pressure_start, law.pressure_end) == (3e6, 0.05, 0.5e9, 3.5e9)
 
 
 def test_huber_constants_are_gaussian_integrals() -> None:
@@ -138,10 +134,8 @@ def test_noise_is_found_among_outliers_and_stated_noise_is_checked() -> None:
     # standard error of a scale from 4000 values is 1.2 %; 2 % of outliers bias Huber's by a few per cent, not by 5.6
     assert clean.scale == pytest.approx(1.0, abs=0.04)
     assert dirty.scale == pytest.approx(1.0, abs=0.1)
-    true = robust.noise_of(residuals, 3, stated=True, tuned_to=1.0)
-    assert (true.scale, true.larger_than_stated) == (1.0, False)
-    small = robust.noise_of(2.0 * residuals, 3, stated=True, tuned_to=1.0)
-    assert small.larger_than_stated
+    true, small = (robust.noise_of(k * residuals, 3, stated=True, tuned_to=1.0) for k in (1.0, 2.0))
+    assert (true.scale, true.larger_than_stated, small.larger_than_stated) == (1.0, False, True)
     assert small.chi_square > 1.5
 
 
@@ -197,37 +191,28 @@ def test_card_is_written_read_and_used(tmp_path: Path, monkeypatch: pytest.Monke
     write_card(card, Path("mine.toml"), "Mine")
     again = Oil.load("mine.toml")
     assert again == card
+    # a card written anew is read anew
+    text = Path("mine.toml").read_text(encoding="utf-8")
+    Path("mine.toml").write_text(text.replace("density_15 = ", "density_15 = 890.0 # "), encoding="utf-8")
+    os.utime("mine.toml", ns=(1, 10**18))
+    assert Oil.load("mine.toml").density_15 == 890.0 != again.density_15
     assert again.alpha(WARM) == pytest.approx(2e-8, rel=1e-12)
     record = again.calibration
     assert (record.file, record.file_hash, record.date, record.rows_used) == ("made.csv", "0" * 64, "2026-01-31", 2)
     assert record.undetermined == ("stress_low",)
     assert record.fitted["stress_slope"].interval_high == pytest.approx(1.04 * 0.03)
-    assert record.conditions["pressure_hertz"] == (1e9, 1.2e9)
-    assert record.surface["boundary_friction"] == 0.12
+    assert (record.conditions["pressure_hertz"], record.surface["boundary_friction"]) == ((1e9, 1.2e9), 0.12)
     # the card by its path in an input file
     oil = OilLubricant(oil="mine.toml", temperature_oil=WARM, eyring_stress_law="pressure").lubricant()
     assert not isinstance(oil.eyring_stress, float)
     assert oil.eyring_stress.stress_slope == 0.03
 
 
-def test_a_card_written_anew_is_read_anew(tmp_path: Path) -> None:
-    import os
-
-    path = tmp_path / "mine.toml"
-    text = (Path(__file__).resolve().parents[3] / "data" / "oils" / "m100.toml").read_text(encoding="utf-8")
-    path.write_text(text, encoding="utf-8")
-    assert Oil.load(str(path)).density_15 == 880.0
-    path.write_text(text.replace("880.0", "890.0"), encoding="utf-8")
-    os.utime(path, ns=(1, 10**18))
-    assert Oil.load(str(path)).density_15 == 890.0
-
-
 @pytest.mark.parametrize("law", ["table", "gold"])
 def test_alpha_of_a_card_that_states_secants_becomes_the_fitted_slope(law: str) -> None:
-    table = {"law": "table", "temperature": (313.15, 373.15), "value": (14e-9, 10e-9), "alpha_definition": "secant_200"}
-    gold = {"law": "gold", "base": "pao", "alpha_definition": "secant_200"}
+    laws = {"table": {"temperature": (313.15, 373.15), "value": (14e-9, 10e-9)}, "gold": {"base": "pao"}}
     content = Oil.load("paor").model_dump() | {"viscosity": {"law": "roelands"}}
-    content["pressure_viscosity"] = table if law == "table" else gold
+    content["pressure_viscosity"] = {"law": law, "alpha_definition": "secant_200", **laws[law]}
     card = Oil.model_validate({key: value for key, value in content.items() if value is not None})
     fitted = card_with(card, {"pressure_viscosity": 15e-9}, 353.15)
     assert fitted.at(353.15).pressure_viscosity == pytest.approx(15e-9, rel=0.02)

@@ -8,20 +8,11 @@ from typing import Any
 import pytest
 from small_plans import GEAR_VARIABLES
 
-from ehl.common.data import reason_text
 from regression.data.dataset import load_dataset
-from regression.sweeping import run as sweep_module
-from regression.sweeping.evaluators import published_outputs
 
 PLAN = 'name = "cli"\n[sampling]\nsize = 32\n' + GEAR_VARIABLES
-POINT = {
-    "--pressure": "1 GPa",
-    "--radius": "12 mm",
-    "--speed": "5 m/s",
-    "--slide-to-roll": "0.3",
-    "--temperature": "80 degC",
-    "--roughness-rms": "0.4 um",
-}
+POINT = {"--pressure": "1 GPa", "--radius": "12 mm", "--speed": "5 m/s", "--slide-to-roll": "0.3"}
+POINT |= {"--temperature": "80 degC", "--roughness-rms": "0.4 um"}
 Call = Callable[..., Any]
 
 
@@ -57,10 +48,7 @@ def test_plan_to_friction_value(mixed_ehl: Call, plan: Path, tmp_path: Path, mon
     monkeypatch.setenv("COLUMNS", "80")
     fitted = mixed_ehl("fit", run, "-o", formula, "--plot", tmp_path / "parity.png")
     assert fitted.code == 0
-    # its tables stand in 80 columns with nothing cut off
-    assert "…" not in fitted.out
-    tables = fitted.out[fitted.out.index("errors of held-out cases by region") : fitted.out.index("Noise floor")]
-    assert max(map(len, tables.splitlines())) <= 80
+    assert "…" not in fitted.out  # in 80 columns with nothing cut off
     assert (tmp_path / "parity.png").read_bytes().startswith(b"\x89PNG")
 
     value = json.loads(mixed_ehl("mu", formula, *point(), "--json").out)
@@ -75,21 +63,10 @@ def test_fit_of_one_family(mixed_ehl: Call, plan: Path, tmp_path: Path) -> None:
     run = tmp_path / "run"
     assert mixed_ehl("sweep", plan, "-o", run, "--with", "schlenk_1994", "--jobs", "1").code == 0
     fitted = mixed_ehl("fit", run, "-o", tmp_path / "f.json", "--family", "power_law", "--json")
-    content = json.loads(fitted.out)
-    assert content["family"] == "power_law"
+    coefficients = json.loads(fitted.out)["coefficients"]
     # a pure power law: exact, with the exponents of its author
-    assert content["coefficients"]["speed"] == pytest.approx(-0.2, abs=1e-9)
-    assert content["coefficients"]["viscosity"] == pytest.approx(-0.05, abs=1e-9)
-    assert content["coefficients"]["roughness"] == pytest.approx(0.25, abs=1e-9)
-
-
-def test_families_that_cannot_be_fitted_are_named(mixed_ehl: Call, plan: Path, tmp_path: Path) -> None:
-    plan.write_text(PLAN.replace("size = 32", "size = 16"))
-    run = tmp_path / "run"
-    assert mixed_ehl("sweep", plan, "-o", run, "--with", "arana_2019", "--jobs", "1").code == 0
-    # 16 cases: enough for the seven terms of the power law alone
-    assert "xu could not be fitted to these data" in mixed_ehl("fit", run, "-o", tmp_path / "f.json").out
-    assert mixed_ehl("fit", run, "-o", tmp_path / "f.json", "--family", "xu").code == 2
+    for term, exponent in (("speed", -0.2), ("viscosity", -0.05), ("roughness", 0.25)):
+        assert coefficients[term] == pytest.approx(exponent, abs=1e-9)
 
 
 def test_a_formula_without_a_value_gives_none_and_exit_code_1(mixed_ehl: Call) -> None:
@@ -100,14 +77,11 @@ def test_a_formula_without_a_value_gives_none_and_exit_code_1(mixed_ehl: Call) -
     assert content["flag"] == "undefined"
     assert content["friction_coefficient"] is content["friction_lower"] is content["friction_upper"] is None
     assert mixed_ehl("mu", "benedict_kelley_1961", *options, "--oil", "fva3").code == 1
-
-
-def test_mu_outside_its_range_is_noted(mixed_ehl: Call) -> None:
-    assert mixed_ehl("mu", "xu_kahraman_2007", *point(), "--oil", "fva3").err == ""
-    outside = mixed_ehl("mu", "xu_kahraman_2007", *point(pressure="3 GPa"), "--oil", "fva3")
-    assert (outside.code, outside.err != "") == (0, True)
-    constant = mixed_ehl("mu", "constant:0.05", *point(lengthwise="1 m/s"), "--oil", "fva3")
-    assert constant.out.split()[2] == "0.0500"
+    # outside of its range: a value with a note
+    for pressure, noted in (("1 GPa", False), ("3 GPa", True)):
+        found = mixed_ehl("mu", "xu_kahraman_2007", *point(pressure=pressure), "--oil", "fva3")
+        assert (found.code, found.err != "") == (0, noted)
+    assert mixed_ehl("mu", "constant:0.05", *point(lengthwise="1 m/s"), "--oil", "fva3").out.split()[2] == "0.0500"
 
 
 def test_other_refusals(mixed_ehl: Call, plan: Path, tmp_path: Path) -> None:
@@ -133,37 +107,16 @@ def test_cases_that_fail_are_said_in_the_exit_code(mixed_ehl: Call, plan: Path, 
     # an unloaded, fast contact is outside of what Benedict & Kelley can say
     plan.write_text(PLAN.replace('low = "0.4 GPa"', 'low = "50 MPa"').replace('high = "15 m/s"', 'high = "150 m/s"'))
     command = ("sweep", plan, "-o", tmp_path / "run", "--with", "benedict_kelley_1961", "--jobs", "1")
-    swept, resumed = mixed_ehl(*command), mixed_ehl(*command)
-    assert reason_text("undefined") in " ".join(swept.out.split())
     # a resumed run says the same of the failures on disk, whoever computed them
+    swept, resumed = mixed_ehl(*command), mixed_ehl(*command)
     assert swept.code == resumed.code == 1
     assert resumed.err.splitlines()[-1] == swept.err.splitlines()[-1]
-    assert "32 found on disk, 0 converged, 0 failed" in resumed.out
-    assert "…" not in mixed_ehl("sweep", "status", tmp_path / "run", "--failed").out
+    assert mixed_ehl("sweep", "status", tmp_path / "run", "--failed").code == 0
     content = json.loads(mixed_ehl("sweep", "status", tmp_path / "run", "--json").out)
     failed = content["failed"]
     assert len(failed) == sum(content["shards"][0]["failed"].values()) > 0
     assert {case["reason"] for case in failed} == {"undefined"}
     assert set(failed[0]["conditions"]) >= {"pressure_hertz", "slide_to_roll", "temperature_oil"}
-
-
-def test_wide_intervals_count(mixed_ehl: Call, plan: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    tried: list[float] = []
-
-    def unsettled(case: Any, name: str) -> dict[str, Any]:
-        tried.append(case.contact.slide_to_roll)
-        return {**published_outputs(case, name), "status": "unsettled", "reason": "statistical_interval"}
-
-    monkeypatch.setattr(sweep_module, "published_outputs", unsettled)
-    arguments = ("sweep", plan, "-o", tmp_path / "run", "--with", "xu_kahraman_2007", "--jobs", "1")
-    swept = mixed_ehl(*arguments)
-    assert swept.code == 0
-    assert f"32 {reason_text('statistical_interval')}" in " ".join(swept.out.split())
-    assert len(tried) == 32
-    # nothing failed, so nothing is tried again
-    assert mixed_ehl(*arguments, "--retry-failed").code == 0
-    assert len(tried) == 32
-    assert mixed_ehl("fit", tmp_path / "run", "-o", tmp_path / "f.json", "--family", "xu").code == 0
 
 
 def test_changes_on_the_command_line_are_part_of_the_plan(mixed_ehl: Call, plan: Path, tmp_path: Path) -> None:

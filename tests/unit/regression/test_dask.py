@@ -9,6 +9,7 @@ import time
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from refusals import refuses
@@ -56,8 +57,7 @@ def test_a_cluster_gives_the_data_of_one_process_and_resumes(plan: Plan, tmp_pat
 
 
 def test_a_case_that_always_kills_its_worker_is_lost(plan: Plan, tmp_path: Path, cluster: Executor) -> None:
-    deadly = sorted(case.contact.slide_to_roll for _, case in plan.cases())[-1]
-    slow = sorted(case.contact.slide_to_roll for _, case in plan.cases())[-2]
+    slow, deadly = sorted(case.contact.slide_to_roll for _, case in plan.cases())[-2:]
 
     # a local function: workers get it by value, they cannot import this module
     def evaluate(case: Contact) -> Outputs:
@@ -71,10 +71,8 @@ def test_a_case_that_always_kills_its_worker_is_lost(plan: Plan, tmp_path: Path,
 
     report = sweep_shard(plan, tmp_path, evaluate=evaluate, executor=cluster, time_cap=0.3)
     frame = load_dataset(tmp_path).frame.set_index("slide_to_roll")
-    assert report.reasons_failed == {"worker_lost": 1, "time_cap": 1}
-    assert frame.loc[deadly, "reason"] == "worker_lost"
     # in the thread of a worker no alarm clock rings, and the cap holds all the same
-    assert frame.loc[slow, "reason"] == "time_cap"
+    assert frame.loc[[deadly, slow], "reason"].tolist() == ["worker_lost", "time_cap"]
     assert frame.loc[slow, "seconds"] < 30.0
     assert report.converged == 14
 
@@ -86,8 +84,7 @@ def test_a_worker_that_dies_once_costs_no_case(plan: Plan, tmp_path: Path, clust
 
     def evaluate(case: Contact) -> Outputs:
         if case.contact.slide_to_roll == victim and not os.path.exists(done):
-            with open(done, "w"):
-                pass
+            Path(done).touch()
             if "result" in stage:
                 # after the answer, while it may be on its way
                 threading.Timer(0.02, os.kill, (os.getpid(), signal.SIGKILL)).start()
@@ -108,20 +105,11 @@ def test_another_version(plan: Plan, tmp_path: Path, cluster: Executor, monkeypa
         sweep_shard(plan, tmp_path, evaluate=XU, executor=cluster)
 
 
-class _Silent:
-    """A client whose cluster has no workers, or no scheduler any more."""
-
-    def __init__(self, status: str) -> None:
-        self.status = status
-
-    def nthreads(self) -> dict[str, int]:
-        return {}
-
-
+# a client whose cluster has no workers, or no scheduler any more
 @pytest.mark.parametrize("status", ["running", "closed"])
 def test_a_cluster_that_is_gone_is_said(plan: Plan, status: str) -> None:
     _, case = next(plan.cases())
-    cluster = DaskCluster(_Silent(status), worker_timeout=0.0)
+    cluster = DaskCluster(SimpleNamespace(status=status, nthreads=dict), worker_timeout=0.0)
     rows = cluster.results(iter([(0, CaseTask("k", "sobol", case))]), CaseRunner(XU))
     with pytest.raises(ClusterLost):
         next(iter(rows))
@@ -136,8 +124,6 @@ def test_a_killed_scheduler_is_said_and_the_rest_is_resumed(plan: Plan, tmp_path
         command = [sys.executable, "-m", f"distributed.cli.{module}", *options, *more]
         return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
-    scheduler, worker = started("dask_scheduler", "--port", "0"), started("dask_worker", "--nworkers", "1")
-
     def evaluate(case: Contact) -> Outputs:
         time.sleep(0.3)
         return XU(case)
@@ -145,6 +131,8 @@ def test_a_killed_scheduler_is_said_and_the_rest_is_resumed(plan: Plan, tmp_path
     def seen(progress: Progress) -> None:
         if progress.done >= 3:
             scheduler.kill()
+
+    scheduler, worker = started("dask_scheduler", "--port", "0"), started("dask_worker", "--nworkers", "1")
 
     try:
         end = time.monotonic() + 120.0

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from refusals import refuses
 from small_plans import GEAR_VARIABLES
 
 import ehl.common.data
@@ -24,6 +25,8 @@ from regression.sweeping.run import Run
 from regression.sweeping.sweep import sweep_shard
 
 PLAN = 'name = "small"\n[sampling]\nsize = 64\ncorners = 4\n' + GEAR_VARIABLES
+POINT = ("--pressure", "1 GPa", "--radius", "12 mm", "--speed", "5 m/s", "--slide-to-roll", "0.3")
+POINT += ("--temperature", "80 degC", "--roughness-rms", "0.4 um")
 Call = Callable[..., Any]
 ARANA = partial(published_outputs, name="arana_2019")
 
@@ -46,20 +49,19 @@ def shelf(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     data_names.cache_clear()
 
 
-def test_compressed_file_holds_the_same(shelf: Path, tmp_path: Path) -> None:
-    packed = shelf / FOLDER / "small.h5"
-    pd.testing.assert_frame_equal(load_dataset(packed).frame, load_dataset(tmp_path / "run").frame)
-    assert load_dataset(packed).data_hash == load_dataset(tmp_path / "run").data_hash
-    with pytest.raises(InputError, match="does not exist yet"):
-        merge(tmp_path / "run", packed, compress=True)
-
-
-def test_a_name_is_a_dataset_and_a_path_a_run(shelf: Path, tmp_path: Path) -> None:
+def test_a_name_is_a_compressed_dataset_and_a_path_a_run(shelf: Path, tmp_path: Path) -> None:
     assert dataset_names() == ("small",)
+    pd.testing.assert_frame_equal(load_dataset("small").frame, load_dataset(tmp_path / "run").frame)
     assert load_dataset("small").data_hash == load_dataset(tmp_path / "run").data_hash
     assert Run("small").plan.plan_hash == load_dataset("small").plan_hash
-    with pytest.raises(InputError, match=r"nothing.*or small.*mixed-ehl sweep"):
+    with refuses("run"):
         load_dataset("nothing")
+    # it can be swept into
+    again = tmp_path / "again"
+    again.mkdir()
+    (again / "shard-0001-of-0001.h5").write_bytes((shelf / FOLDER / "small.h5").read_bytes())
+    report = sweep_shard(Run("small").plan, again, evaluate=ARANA, version="arana_2019", jobs=1)
+    assert (report.resumed, report.converged) == (68, 0)
 
 
 def test_runs_are_fitted_together(shelf: Path, tmp_path: Path, mixed_ehl: Call) -> None:
@@ -74,33 +76,21 @@ def test_runs_are_fitted_together(shelf: Path, tmp_path: Path, mixed_ehl: Call) 
     assert both.data_hash == load_dataset(more, small).data_hash
     assert both.plan_hash not in (small.plan_hash, more.plan_hash)
     assert load_dataset(small) is small
-    with pytest.raises(InputError, match="one solver version"):
-        load_dataset(small, replace(more, solver_version="ehl 0"))
-    with pytest.raises(InputError, match="one card of this oil"):
-        load_dataset(small, replace(more, oil_hash="0", card_hashes=dict.fromkeys(more.oils, "0")))
+    for other in ({"solver_version": "ehl 0"}, {"oil_hash": "0", "card_hashes": dict.fromkeys(more.oils, "0")}):
+        with pytest.raises(InputError):
+            load_dataset(small, replace(more, **other))
     formula = tmp_path / "f.json"
     assert mixed_ehl("fit", "small", tmp_path / "more", "-o", formula, "--family", "xu").code == 0
     assert json.loads(formula.read_text())["data"]["hash"] == both.data_hash
-    point = ("--pressure", "1 GPa", "--radius", "12 mm", "--speed", "5 m/s", "--slide-to-roll", "0.3")
-    point += ("--temperature", "80 degC", "--roughness-rms", "0.4 um")
-    within = mixed_ehl("mu", formula, *point, "--hull", "small", "--hull", tmp_path / "more", "--json")
+    within = mixed_ehl("mu", formula, *POINT, "--hull", "small", "--hull", tmp_path / "more", "--json")
     assert json.loads(within.out)["in_convex_hull"] in (True, False)
-    assert mixed_ehl("mu", formula, *point, "--hull", "small").code == 2
-
-
-def test_a_compressed_file_can_be_swept_into(shelf: Path, tmp_path: Path) -> None:
-    run = tmp_path / "again"
-    run.mkdir()
-    (run / "shard-0001-of-0001.h5").write_bytes((shelf / FOLDER / "small.h5").read_bytes())
-    report = sweep_shard(Run("small").plan, run, evaluate=ARANA, version="arana_2019", jobs=1)
-    assert (report.resumed, report.converged) == (68, 0)
+    assert mixed_ehl("mu", formula, *POINT, "--hull", "small").code == 2
 
 
 def test_fit_of_a_name_on_the_command_line(shelf: Path, tmp_path: Path, mixed_ehl: Call) -> None:
     formula, run = tmp_path / "f.json", tmp_path / "run"
     fitted = mixed_ehl("fit", "small", "-o", formula, "--family", "short", "--paths", run, "--noise", run)
     assert fitted.code == 0
-    assert "contacts along gear meshes, not fitted" in fitted.out
     point = ("--radius", "18 mm", "--slide-to-roll", "0.2", "--temperature", "90 degC", "--roughness-rms", "0.35 um")
     point += ("--speed", "4 m/s")
     high = ("mu", formula, "--pressure", "3 GPa", *point)
@@ -113,21 +103,13 @@ def test_fit_of_a_name_on_the_command_line(shelf: Path, tmp_path: Path, mixed_eh
     corner = ("--radius", "35 mm", "--slide-to-roll", "1.0", "--temperature", "113 degC", "--roughness-rms", "0.54 um")
     beside = mixed_ehl("mu", formula, "--pressure", "1.5 GPa", "--speed", "12.5 m/s", *corner)
     assert "at the edge of the fitted cases" in beside.err
-    refused = mixed_ehl(*high, "--refuse")
-    assert refused.code == 2
-    assert "--pressure = 3000000000" in refused.err
+    assert mixed_ehl(*high, "--refuse").code == 2
     assert mixed_ehl("mu", f"strict:{formula}", *high[2:], "--oil", "fva3").code == 2
     higher = mixed_ehl("mu", formula, "--pressure", "1 GPa", *point[:-1], "1.1 m/s", "--boundary-friction", "0.2")
     assert float(higher.out.split()[2]) > 0.1
-    for model, *option in (
-        ("constant:0.05", "--refuse"),
-        ("constant:0.05", "--boundary-friction", "0.1"),
-        ("constant:0.05", "--hull", "small"),
-        ("xu_kahraman_2007", "--hull", "small"),
-    ):
-        bad = mixed_ehl("mu", model, *option, "--pressure", "1 GPa", *point, "--oil", "fva3")
-        assert bad.code == 2
-        assert option[0] in bad.err
+    for option in (("--refuse",), ("--boundary-friction", "0.1"), ("--hull", "small")):
+        bad = mixed_ehl("mu", "constant:0.05", *option, "--pressure", "1 GPa", *point, "--oil", "fva3")
+        assert (bad.code, option[0] in bad.err) == (2, True)
 
 
 def test_rerun_gives_the_stored_friction_and_finds_what_changed(shelf: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -138,7 +120,7 @@ def test_rerun_gives_the_stored_friction_and_finds_what_changed(shelf: Path, mon
     assert len({case.key for case in again}) == 14
     assert max(case.difference for case in again) == 0.0
     assert [case.key for case in run.rerun(share=0.2)] == [case.key for case in again]
-    with pytest.raises(InputError, match="the plan of the dataset"):
+    with pytest.raises(InputError):
         list(run.rerun(Plan.from_file("demo")))
     monkeypatch.setattr("regression.sweeping.run.solve_outputs", partial(published_outputs, name="doleschel_2002"))
     assert max(case.difference for case in run.rerun(share=0.2)) > 0.05

@@ -29,10 +29,7 @@ TERMS = ("constant", "slope")
 
 @pytest.mark.parametrize("with_parts", [False, True])
 def test_standard_errors_of_a_nonlinear_fit_count_a_case_once(with_parts: bool) -> None:
-    """ln mu = a + b x with x = +-1 and residuals of +-s orthogonal to both: s/sqrt(8 - 2).
-
-    The film friction of all of mu repeats these residuals, and gives no further information.
-    """
+    """ln mu = a + b x with x = +-1 and residuals of +-s orthogonal to both: s/sqrt(8 - 2)."""
     x, target = np.tile(ODD, 2), np.tile(-3.0 + 0.2 * ODD + 1e-3 * PAIRS, 2)
 
     def log_mu(table: Any, k: Any, _: float = 0.1) -> Any:
@@ -141,10 +138,7 @@ def test_error_of_the_rough_model_lies_on_both_sides() -> None:
 
 @pytest.mark.parametrize(("stated", "memory"), [(True, 0.0), (False, 0.0), (False, 0.5)])
 def test_intervals_of_a_calibration_cover_as_they_state(stated: bool, memory: float) -> None:
-    """A level and a slope by least squares from 200 rows of one curve whose noise has this correlation of neighbours.
-
-    Over 200 draws their scatter over the stated standard error is known to 1/sqrt(400), 5 %.
-    """
+    """A level and a slope by least squares from 200 rows whose noise has this correlation of neighbours."""
     rng, rows, sigma = np.random.default_rng(7), 200, 0.002
     jacobian = np.column_stack([np.full(rows, 0.04), 0.02 * np.linspace(-1.0, 1.0, rows)])
     names, truth = ("eyring_stress", "boundary_friction"), np.log([5e6, 0.1])
@@ -165,10 +159,7 @@ def test_intervals_of_a_calibration_cover_as_they_state(stated: bool, memory: fl
 
 
 def test_standard_errors_of_a_robust_fit_agree_with_monte_carlo() -> None:
-    """Normal residuals of twice the limit of outliers: the stated errors are the scatter of the fitted values.
-
-    Over 300 fits a standard deviation is known to 4 %; three of those.
-    """
+    """Normal residuals of twice the limit of outliers: the stated errors are the scatter of the fitted values."""
     rng, x = np.random.default_rng(3), np.linspace(-1.0, 1.0, 200)
     line = Family(
         "line", "", "", TERMS, (), lambda table, k, _=0.1: k["constant"] + k["slope"] * table["x"], None,

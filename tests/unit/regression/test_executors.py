@@ -1,10 +1,12 @@
-"""Crashed workers, fallback settings, time caps in threads, order of work and progress of a sweep."""
+"""A sweep: every case ends as a row; crashed workers, fallback settings, time caps, order of work and progress."""
 
+import contextlib
 import os
-import subprocess
+import signal
 import sys
 import threading
 import time
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import partial
@@ -12,20 +14,39 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
+from refusals import refuses
 from small_plans import sweep_plan
 
+from ehl.common.data import data_path
 from ehl.common.errors import ConvergenceError
 from ehl.common.journal import Journal
 from ehl.common.progress import Progress
-from ehl.common.runner import MAX_CRASHES, AllWorkersCrashed, Numbered, WorkersCrashed, checked_jobs, run_tasks
+from ehl.common.runner import (
+    MAX_CRASHES,
+    AllWorkersCrashed,
+    Numbered,
+    WorkersCrashed,
+    checked_jobs,
+    granted_workers,
+    run_tasks,
+)
 from ehl.common.validation import validate
 from ehl.contact import Contact
 from ehl.inputs import ModelInput
 from regression.data.dataset import load_dataset, run_status
 from regression.plan.cost import contact_seconds
 from regression.plan.plan import Plan
-from regression.sweeping.evaluators import CaseRunner, CaseTask, Outputs, fallback_settings, published_outputs
+from regression.sweeping.evaluators import (
+    CaseRunner,
+    CaseTask,
+    Outputs,
+    case_key,
+    fallback_settings,
+    published_outputs,
+)
+from regression.sweeping.slurm import slurm_script
 from regression.sweeping.sweep import sweep_shard
 
 XU = partial(published_outputs, name="xu_kahraman_2007")
@@ -81,14 +102,10 @@ def test_workers_that_always_die_end_the_sweep_and_blame_no_case(tmp_path: Path)
         sweep_shard(plan, tmp_path, evaluate=XU, executor=executor)
     assert caught.value.exit_code == 1
     assert len(executor.handed_out) < 16
+    # a few that all kill are recorded
+    report = sweep_shard(plan, tmp_path / "few", evaluate=XU, executor=executor, shard=(2, 8))
+    assert report.reasons_failed == {"worker_lost": 2}
     assert sweep_shard(plan, tmp_path, evaluate=XU).converged == 16
-
-
-def test_a_few_cases_that_all_kill_are_recorded(tmp_path: Path) -> None:
-    plan = make_plan()
-    sweep_shard(plan, tmp_path, evaluate=XU, shard=(1, 8))
-    report = sweep_shard(plan, tmp_path, evaluate=XU, executor=Fragile(set(ratios(plan))), shard=(2, 8))
-    assert (report.failed, report.reasons_failed) == (2, {"worker_lost": 2})
 
 
 def needs(accuracy: str, seen: list[str] | None = None) -> Any:
@@ -105,39 +122,27 @@ def needs(accuracy: str, seen: list[str] | None = None) -> Any:
 def test_the_ladder_of_safer_settings() -> None:
     case = make_plan(accuracy="fast").case_at(0)
     steps = [setting for step in range(6) if (setting := fallback_settings(case, step))]
-    assert [(safer.model.accuracy, safer.model.shortcuts, text) for safer, text in steps] == [
-        ("fast", "auto", ""),
-        ("standard", "auto", "accuracy=standard"),
-        ("reference", "auto", "accuracy=reference"),
-        ("reference", "off", "accuracy=reference shortcuts=off"),
-    ]
+    ladder = [(safer.model.accuracy, safer.model.shortcuts) for safer, _ in steps]
+    assert ladder == [("fast", "auto"), ("standard", "auto"), ("reference", "auto"), ("reference", "off")]
+    assert steps[0][1] == ""
+    assert steps[3][1] == "accuracy=reference shortcuts=off"
     safest = make_plan(accuracy="reference", shortcuts="off").case_at(0)
     assert fallback_settings(safest, 0) == (safest, "")
     assert fallback_settings(safest, 1) is None
 
 
-def test_a_failed_case_gets_the_next_safer_setting_and_says_so(tmp_path: Path) -> None:
-    plan = make_plan(accuracy="fast")
-    report = sweep_shard(plan, tmp_path, evaluate=needs("standard"))
-    assert (report.converged, report.fallback) == (16, 16)
-    frame = load_dataset(tmp_path).frame
-    assert set(frame["setting"]) == {"accuracy=standard"}
-    assert set(frame["attempts"]) == {2.0}
-    unchanged = sweep_shard(plan, tmp_path / "plain", evaluate=XU)
-    assert unchanged.fallback == 0
-    assert set(load_dataset(tmp_path / "plain").frame["setting"]) == {""}
-
-
 def test_retrying_failed_cases_goes_on_where_the_ladder_ended(tmp_path: Path) -> None:
     plan = make_plan(accuracy="fast")
     assert sweep_shard(plan, tmp_path, evaluate=needs("reference"), retries=1).failed == 16
-    assert set(load_dataset(tmp_path).frame["reason"]) == {"diverged"}
+    failed = run_status(tmp_path).failed
+    assert {(case.reason, case.attempts) for case in failed} == {("diverged", 2)}
+    assert failed[0].conditions["roughness_rms"] == pytest.approx(0.4e-6)
     seen: list[str] = []
     again = sweep_shard(plan, tmp_path, evaluate=needs("reference", seen), retries=1, retry_failed=True)
-    assert (again.converged, again.failed) == (16, 0)
+    assert (again.converged, again.failed, again.fallback) == (16, 0, 16)
     assert set(seen) == {"reference"}
     frame = load_dataset(tmp_path).frame
-    assert set(frame["attempts"]) == {3.0}
+    assert set(zip(frame["attempts"], frame["setting"], strict=True)) == {(3.0, "accuracy=reference")}
     assert run_status(tmp_path).failed == ()
 
 
@@ -146,9 +151,7 @@ def test_a_case_with_nothing_left_to_try_keeps_its_reason(tmp_path: Path) -> Non
     assert sweep_shard(plan, tmp_path, evaluate=needs("fast"), retries=3).reasons_failed == {"diverged": 16}
     again = sweep_shard(plan, tmp_path, evaluate=XU, retry_failed=True)
     assert (again.resumed, again.converged) == (16, 0)
-    failed = run_status(tmp_path).failed
-    assert {(case.reason, case.attempts) for case in failed} == {("diverged", 1)}
-    assert failed[0].conditions["roughness_rms"] == pytest.approx(0.4e-6)
+    assert {case.attempts for case in run_status(tmp_path).failed} == {1}
 
 
 def test_physical_failures_are_not_tried_again() -> None:
@@ -216,22 +219,22 @@ def test_long_cases_come_first_and_the_rest_of_the_time_follows_their_cost(tmp_p
 
 
 def test_estimate_of_a_plan() -> None:
-    plan = Plan.from_file("gear")
-    fast, standard = plan.estimate(), Plan.from_file("gear", ["model.accuracy=standard"]).estimate()
-    assert fast.cases == 512
-    assert 400 < fast.rough < 512
+    def estimate(*changes: str) -> Any:
+        return Plan.from_file("gear", changes).estimate()
+
+    fast, standard = estimate(), estimate("model.accuracy=standard")
+    assert (fast.cases, 400 < fast.rough < 512) == (512, True)
     assert standard.seconds > 2.0 * fast.seconds
-    assert fast.wall(2) == fast.seconds / 2.0
-    assert fast.wall(10**6) == fast.longest
-    windows = ["constraints.film_ratio={high=1e9}", "constraints.correlation_over_rms={high=1e9}"]
-    smooth = Plan.from_file("gear", ['variables.roughness_rms="1 nm"', *windows]).estimate()
+    assert (fast.wall(2), fast.wall(10**6)) == (fast.seconds / 2.0, fast.longest)
+    windows = ("constraints.film_ratio={high=1e9}", "constraints.correlation_over_rms={high=1e9}")
+    smooth = estimate('variables.roughness_rms="1 nm"', *windows)
     assert smooth.rough < 0.05 * fast.rough
     assert smooth.seconds < 0.5 * fast.seconds
     # more correlation lengths in the contact take more nodes and more steps
     rough = 'variables.roughness_rms="0.3 um"'
-    short = Plan.from_file("gear", [rough, 'variables.correlation_length="20 um"']).case_seconds()
-    long = Plan.from_file("gear", [rough, 'variables.correlation_length="100 um"']).case_seconds()
-    assert np.median(short) > 1.3 * np.median(long)
+    plans = [Plan.from_file("gear", [rough, f'variables.correlation_length="{um} um"']) for um in (20, 100)]
+    short, long = (np.median(plan.case_seconds()) for plan in plans)
+    assert short > 1.3 * long
 
 
 def test_the_estimate_of_extreme_contacts_is_limited() -> None:
@@ -242,24 +245,6 @@ def test_the_estimate_of_extreme_contacts_is_limited() -> None:
     seconds, rough = contact_seconds(ModelInput(accuracy="fast"), table)
     assert rough.any()
     assert 10.0 < seconds.max() < 20.0
-
-
-@pytest.mark.parametrize("name", ["gear_75w90", "gear_75w90_mesh", "gear_fva3_mesh", "gear_75w90_paths"])
-def test_the_estimate_is_that_of_this_engine(name: str) -> None:
-    """Of the shipped data: their sum, and an order that has the longest cases at its head, where some are long."""
-    frame = load_dataset(name).frame
-    frame = frame[(frame["steps"] > 0) & (frame["attempts"] == 1)].reset_index(drop=True)
-    table = {column: frame[column].to_numpy(dtype=float) for column in frame.select_dtypes("number")}
-    estimate, rough = contact_seconds(ModelInput(accuracy="fast"), table)
-    # films that heat leaves thin enough for roughness to count
-    assert rough.mean() > 0.97
-    seconds = frame["seconds_cpu"].to_numpy()
-    assert estimate.sum() == pytest.approx(seconds.sum(), rel=0.3)
-    if np.quantile(seconds, 0.95) < 3.0 * np.median(seconds):
-        return  # along meshes all cases take about the same time
-    order = np.argsort(-estimate)
-    longest = np.flatnonzero(seconds[order] >= np.quantile(seconds, 0.9))
-    assert np.median(longest) <= 0.35 * len(frame)
 
 
 def test_no_more_workers_than_cases_or_processors(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -275,8 +260,6 @@ def test_no_more_workers_than_cases_or_processors(tmp_path: Path, monkeypatch: p
 
 @dataclass(frozen=True)
 class Square:
-    """A task with a key; 3 crashes its worker where that is one."""
-
     value: int
     parent: int
 
@@ -305,20 +288,153 @@ def test_rows_come_in_the_order_of_the_tasks_and_the_journal_resumes(tmp_path: P
     assert list(run_tasks([], abs)) == []
 
 
-STOPPED = """
-import threading, time
-from ehl.common.runner import LocalProcesses
-
-results = LocalProcesses(2).results(iter(enumerate([0.05] * 40)), time.sleep)
-next(results)
-end = threading.Thread(target=results.close)
-end.start()
-end.join()
-time.sleep(1.0)
-"""
+@pytest.fixture
+def plan() -> Plan:
+    return validate(Plan, sweep_plan("sweep"))
 
 
-def test_a_stopped_run_prints_no_warning_of_joblib() -> None:
-    """As with a full disk, where the results are closed in any thread."""
-    run = subprocess.run([sys.executable, "-c", STOPPED], capture_output=True, text=True)
-    assert (run.returncode, run.stdout, run.stderr) == (0, "", "")
+def some_fail(case: Contact) -> Outputs:
+    if case.contact.slide_to_roll > 0.8:
+        raise ConvergenceError("diverged")
+    if case.contact.slide_to_roll > 0.6:
+        raise ZeroDivisionError
+    unsettled = {"status": "unsettled", "reason": "interval"} if case.contact.slide_to_roll > 0.4 else {}
+    return {**XU(case), **unsettled}
+
+
+def test_results_resume_and_progress(plan: Plan, tmp_path: Path) -> None:
+    seen: list[Progress] = []
+    first = sweep_shard(plan, tmp_path, evaluate=XU, progress=seen.append)
+    assert (first.total, first.resumed, first.converged, first.failed, first.workers) == (16, 0, 16, 0, 1)
+    assert [p.done for p in seen] == list(range(17))
+    assert seen[-1] == Progress("cases", 16, 16, 0.0)
+    frame = load_dataset(tmp_path).frame
+    assert first.seconds_cpu == pytest.approx(frame["seconds_cpu"].sum())
+    assert 0.0 < first.occupancy < 1.0
+    assert first.occupancy == pytest.approx(frame["seconds"].sum() / first.seconds)
+    again = sweep_shard(plan, tmp_path, evaluate=XU)
+    assert (again.resumed, again.converged, again.occupancy) == (16, 0, None)
+    status = run_status(tmp_path)
+    assert (status.complete, status.shards[0].converged) == (True, 16)
+    assert status.longest == frame["seconds_cpu"].max()
+
+
+def test_rows_hold_inputs_results_and_provenance(plan: Plan, tmp_path: Path) -> None:
+    sweep_shard(plan, tmp_path, evaluate=XU)
+    dataset = load_dataset(tmp_path)
+    assert dataset.frame["key"].is_monotonic_increasing
+    assert (dataset.plan_name, dataset.oil, dataset.planned) == ("sweep", "fva3", 16)
+    names = ["pressure_hertz", "slide_to_roll", "viscosity_inlet", "friction_coefficient", "roughness_rms"]
+    for _, case in plan.cases():
+        row = dataset.frame.set_index("key").loc[case_key(case, dataset.solver_version)]
+        wanted = [case.contact.pressure_hertz, case.contact.slide_to_roll, case.lubricant.lubricant().viscosity_inlet]
+        wanted += [XU(case)["friction_coefficient"], 0.4e-6]
+        assert row[names].tolist() == pytest.approx(wanted, rel=1e-12)
+
+
+def test_failures_are_rows_with_reasons(plan: Plan, tmp_path: Path) -> None:
+    report = sweep_shard(plan, tmp_path, evaluate=some_fail)
+    dataset = load_dataset(tmp_path)
+    counted = pd.cut(dataset.frame["slide_to_roll"], [0.0, 0.4, 0.6, 0.8, 1.0], labels=False)
+    reasons = np.array(["", "interval", "error:ZeroDivisionError", "diverged"])
+    assert dataset.frame["reason"].tolist() == reasons[counted].tolist()
+    assert dataset.frame["friction_coefficient"].isna().equals(counted > 1)
+    counts = np.bincount(counted).tolist()
+    assert report.reasons_failed == dict(zip(reasons[2:], counts[2:], strict=True))
+    assert (report.converged, report.unsettled, report.failed) == (counts[0], counts[1], counts[2] + counts[3])
+    assert report.reasons_unsettled == {"interval": counts[1]}
+    assert run_status(tmp_path).shards[0].unsettled == counts[1] > 0
+    assert len(dataset.converged) == counts[0] + counts[1]
+
+
+def test_the_cap_holds_where_its_exception_is_swallowed(plan: Plan) -> None:
+    _, case = next(plan.cases())
+
+    def swallow_once(case: Contact) -> Outputs:
+        with contextlib.suppress(BaseException):
+            time.sleep(60.0)
+        time.sleep(60.0)
+        return {}
+
+    def break_on_it(case: Contact) -> Outputs:
+        try:
+            time.sleep(60.0)
+        except BaseException:
+            raise RuntimeError from None
+        return {}
+
+    for evaluate in (swallow_once, break_on_it):
+        assert CaseRunner(evaluate, 0.05)(CaseTask("k", "sobol", case))["reason"] == "time_cap"
+
+
+def test_a_lost_worker_costs_its_case_and_nothing_else(plan: Plan, tmp_path: Path) -> None:
+    deadly_ratio = max(case.contact.slide_to_roll for _, case in plan.cases())
+
+    # a local function: workers get it by value, they cannot import this module
+    def some_kill_their_worker(case: Contact) -> Outputs:
+        if case.contact.slide_to_roll == deadly_ratio:
+            os.kill(os.getpid(), signal.SIGKILL)
+        return XU(case)
+
+    report = sweep_shard(plan, tmp_path, evaluate=some_kill_their_worker, jobs=2)
+    frame = load_dataset(tmp_path).frame
+    deadly = frame["slide_to_roll"] == deadly_ratio
+    assert deadly.sum() == 1
+    assert set(frame[deadly]["reason"]) == {"worker_lost"}
+    assert (frame[~deadly]["status"] == "converged").all()
+    assert len(frame) == 16
+    assert report.restarts >= 2
+
+
+def test_ctrl_c_ends_between_two_cases(plan: Plan, tmp_path: Path) -> None:
+    def press(progress: Progress) -> None:
+        if progress.done == 3:
+            signal.raise_signal(signal.SIGINT)
+
+    before = signal.getsignal(signal.SIGINT)
+    with pytest.raises(KeyboardInterrupt):
+        sweep_shard(plan, tmp_path, evaluate=XU, progress=press)
+    assert signal.getsignal(signal.SIGINT) is before
+    assert sweep_shard(plan, tmp_path, evaluate=XU).resumed == 3
+
+
+def test_failed_cases_on_disk_count_in_every_call_and_in_every_division_into_shards(plan: Plan, tmp_path: Path) -> None:
+    reports = [sweep_shard(plan, tmp_path, evaluate=some_fail, retries=0, shard=(k, 2)) for k in (1, 2)]
+    failed = sum(report.failed for report in reports)
+    assert 0 < failed == sum(report.unanswered for report in reports)
+    again = sweep_shard(plan, tmp_path, evaluate=some_fail, retries=0)
+    assert (again.resumed, again.failed, again.unanswered) == (16, 0, failed)
+    assert again.reasons_failed == dict(sum((Counter(report.reasons_failed) for report in reports), Counter()))
+    # retried as one run: only what failed is computed, from the settings not tried yet
+    solved = sweep_shard(plan, tmp_path, evaluate=XU, retry_failed=True)
+    assert (solved.converged, solved.unanswered) == (failed, 0)
+    assert sweep_shard(plan, tmp_path, evaluate=XU, shard=(1, 2)).unanswered == 0
+
+
+def test_key_follows_input_seed_and_version(plan: Plan) -> None:
+    _, case = next(plan.cases())
+    seed = case.model_copy(update={"surface": case.surface.model_copy(update={"seed": 2})})
+    keys = {case_key(case, "1"), case_key(case, "2"), case_key(seed, "1")}
+    assert len(keys) == 3
+    assert case_key(Contact.model_validate(case.model_dump(exclude_none=True)), "1") in keys
+    # a task never raises
+    row = CaseRunner(XU, None)(CaseTask("k", "sobol", case.model_copy(update={"contact": None})))
+    assert (row["status"], row["reason"].partition(":")[0]) == ("failed", "error")
+
+
+def test_slurm(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr("joblib.externals.loky.cpu_count", lambda: 12)
+    for name, workers in (("SLURM_CPUS_PER_TASK", 7), ("OMP_THREAD_LIMIT", 3)):
+        monkeypatch.setenv(name, str(workers))
+        assert granted_workers() == workers
+    monkeypatch.chdir(tmp_path)
+    Path("my plan.toml").write_text(data_path("plans", "demo.toml").read_text(encoding="utf-8"), encoding="utf-8")
+    changes = {"changes": ["lubricant.oil=fva3"], "formula": "xu_kahraman_2007", "time_cap": 30, "retry_failed": True}
+    script = slurm_script("my plan.toml", "runs/a b", 12, jobs=3, **changes)
+    options = "--set lubricant.oil=fva3 --with xu_kahraman_2007 --time-cap '30 s' --retries 1 --retry-failed"
+    command = f"mixed-ehl sweep 'my plan.toml' {options} -o 'runs/a b'"
+    for part in ("--array=1-12", "--cpus-per-task=3", command, '--shard "${SLURM_ARRAY_TASK_ID}/12"'):
+        assert part in script
+    assert "/tmp" not in script  # a folder that another user of the node could make first
+    with refuses("lubricant.oil"):
+        slurm_script("my plan.toml", "run", 2, changes=["lubricant.oil=nothing"])

@@ -41,12 +41,14 @@ XU: dict[str, Any] = Formula.load("fva3_short").model_dump(mode="json", by_alias
     "cloud": None,
 }
 FORMULA = Formula.model_validate(XU)
-SHORT_FORMULA = Formula.load("fva3_short")
+BAND = {"count": 20, "log_width": 0.1}
 POINT = (
     *("--pressure", "1 GPa", "--radius", "15 mm", "--speed", "5 m/s", "--slide-to-roll", "0.2"),
     *("--temperature", "90 degC", "--roughness-rms", "0.4 um"),
 )
 OIL = Oil.load("fva3")
+HOT: dict[str, Any] = {"pressure_hertz": "1 GPa", "radius_equivalent": "15 mm", "speed_entrainment": "2 m/s"}
+HOT |= {"slide_to_roll": 0.4, "temperature_oil": "100 degC", "roughness_rms": "0.4 um"}
 
 
 def test_file_round_trip_is_exact(tmp_path: Path) -> None:
@@ -55,6 +57,9 @@ def test_file_round_trip_is_exact(tmp_path: Path) -> None:
     assert Formula.load(path).to_dict() == FORMULA.to_dict()
     assert Formula.load(path).to_json() == path.read_text()
     assert friction_model(str(path)).name == "formula.json"
+    # order and layout are no edit
+    path.write_text(json.dumps(dict(reversed(FORMULA.to_dict().items())), indent=7))
+    assert Formula.load(path).to_dict() == FORMULA.to_dict()
     for use in (Formula.load, FORMULA.save):
         with pytest.raises(InputError):
             use(tmp_path)
@@ -95,9 +100,6 @@ def test_ranges_that_begin_or_end_at_zero() -> None:
     np.testing.assert_allclose(formula.excess(points), [0.0, 0.0, np.log(2.0)], rtol=1e-9)
 
 
-BANDS = [{"low": 1, "high": 0.5, "count": 1, "log_width": 0.1}]
-
-
 @pytest.mark.parametrize(
     ("change", "field"),
     [
@@ -108,16 +110,13 @@ BANDS = [{"low": 1, "high": 0.5, "count": 1, "log_width": 0.1}]
         ({"coefficients": XU["coefficients"] | {"b10": 1.0}}, "coefficients.b10"),
         ({"ranges": {"nonsense": [0, 1]}}, "ranges.nonsense"),
         ({"ranges": {"pressure_hertz": [2e9, 5e8]}}, "ranges.pressure_hertz"),
-        ({"boundary_friction": "x"}, "boundary_friction"),
         ({"boundary_friction": -3}, "boundary_friction"),
         ({"units": {"pressure_hertz": "GPa"}}, "units.pressure_hertz"),
         ({"units": {"pressure": "Pa"}}, "units.pressure"),
         ({"equation": "mu = 42"}, "equation"),
         ({"comment": "mine"}, "comment"),
-        ({"interval": XU["interval"] | {"log_width": -1}}, "interval.log_width"),
-        ({"interval": XU["interval"] | {"largest": -0.1}}, "interval.largest"),
         ({"interval": XU["interval"] | {"level": 1.5}}, "interval.level"),
-        ({"interval": XU["interval"] | {"bands": BANDS}}, "interval.bands.0.high"),
+        ({"interval": XU["interval"] | {"bands": [BAND | {"low": 1, "high": 0.5}]}}, "interval.bands.0.high"),
         ({"interval": XU["interval"] | {"normalised": True}}, "interval.normalised"),
         ({"network": Formula.load("75w90").to_dict()["network"]}, "network"),
         ({}, "interval"),
@@ -136,38 +135,21 @@ def test_files_that_are_no_formula(tmp_path: Path, change: Any, field: str) -> N
         Formula.load(path)
 
 
-@pytest.mark.parametrize(
-    ("place", "value"),
-    [
-        (("coefficients", "strain"), 0.9),
-        (("boundary_friction",), 0.12),
-        (("interval", "largest"), 0.01),
-        (("ranges", "pressure_hertz"), [1e8, 4e9]),
-    ],
-)
-def test_an_edited_number_is_refused(tmp_path: Path, mixed_ehl: Cli, place: tuple[str, ...], value: object) -> None:
-    content = json.loads(SHORT_FORMULA.to_json())
-    target = content
-    for name in place[:-1]:
-        target = target[name]
-    target[place[-1]] = value
-    path = tmp_path / "edited.json"
+EDITED = {"coefficients": {"strain": 0.9}, "interval": {"largest": 0.01}, "boundary_friction": 0.12}
+
+
+@pytest.mark.parametrize(("name", "value"), EDITED.items())
+def test_an_edited_number_is_refused(tmp_path: Path, mixed_ehl: Cli, name: str, value: Any) -> None:
+    content, path = json.loads(Formula.load("fva3_short").to_json()), tmp_path / "edited.json"
+    content[name] = content[name] | value if isinstance(value, dict) else value
     path.write_text(json.dumps(content))
     with refuses("edited.json.checksum"):
         Formula.load(path)
     assert mixed_ehl("mu", path, *POINT).code == 2
 
 
-def test_order_and_layout_are_no_edit(tmp_path: Path) -> None:
-    content = json.loads(SHORT_FORMULA.to_json())
-    path = tmp_path / "again.json"
-    path.write_text(json.dumps(dict(reversed(content.items())), indent=7))
-    assert Formula.load(path).to_dict() == SHORT_FORMULA.to_dict()
-
-
 def test_interval_follows_the_band_of_the_film_ratio() -> None:
-    ends = (0.0, 0.5, 0.02), (2.0, None, 0.2)
-    bands = [{"low": low, "high": high, "count": 20, "log_width": width} for low, high, width in ends]
+    bands = [BAND | {"low": 0.0, "high": 0.5, "log_width": 0.02}, BAND | {"low": 2.0, "high": None, "log_width": 0.2}]
     formula = Formula.model_validate(XU | {"interval": XU["interval"] | {"bands": bands}})
     table = conditions_of(state(slide_to_roll=np.full(4, 0.5)), OIL)
     table["film_ratio_formula"] = np.array([0.1, 0.5, 1.999, np.inf])
@@ -187,23 +169,20 @@ def test_film_ratio_of_a_smooth_contact_is_that_of_the_least_roughness() -> None
 
 def test_smooth_contacts_are_within_the_range_and_what_is_outside_is_named() -> None:
     model = friction_model("75w90")
-    point = {
-        "pressure_hertz": "1 GPa", "radius_equivalent": "12 mm", "speed_entrainment": "10 m/s", "slide_to_roll": 0.3,
-        "temperature_oil": "80 degC", "roughness_rms": "0 um",
-    }  # fmt: skip
-    assert model.range_note(**point) == ""
-    smooth = model.mu(**point)
-    assert smooth.flag < FrictionFlag.OUTSIDE_RANGE
+    point: dict[str, Any] = HOT | {"temperature_oil": "80 degC", "slide_to_roll": 0.3, "roughness_rms": "0 um"}
     contact = {name.replace("_oil", ""): value for name, value in point.items() if name != "roughness_rms"}
-    assert smooth.lower < Contact(oil="75w90", **contact).solve().friction_coefficient < smooth.upper
     # low pressure and slip, where the form is a third too low: the networks hold for smooth contacts too
-    for light in ({}, {"pressure_hertz": "0.6 GPa", "speed_entrainment": "5 m/s", "slide_to_roll": 0.1}):
+    fast = {"speed_entrainment": "10 m/s"}
+    for light in (fast, {"pressure_hertz": "0.6 GPa", "speed_entrainment": "5 m/s", "slide_to_roll": 0.1}):
         known = Contact(oil="75w90", **(contact | light)).solve().friction_coefficient
-        assert float(model.mu(**(point | light)).mu) == pytest.approx(known, rel=0.15)
+        smooth = model.mu(**(point | light))
+        assert float(smooth.mu) == pytest.approx(known, rel=0.15)
+        assert smooth.lower < known < smooth.upper
+        assert smooth.flag < FrictionFlag.OUTSIDE_RANGE
+        assert model.range_note(**(point | light)) == ""
     far = point | {"pressure_hertz": "3 GPa", "speed_entrainment": "0.02 m/s", "roughness_rms": "4 um"}
-    note = model.range_note(**far)
     for quantity in ("Hertz pressure 3 GPa (at most 2.5 GPa)", "entrainment speed", "composite Rq"):
-        assert quantity in note
+        assert quantity in model.range_note(**far)
     assert model.mu(**far).flag == FrictionFlag.OUTSIDE_RANGE
 
 
@@ -213,16 +192,11 @@ def test_marks_across_the_motion_rub_less_than_marks_along_it(name: str) -> None
     assert model.uses_texture
     low, high = model.ranges["peklenik_number"]
     assert 0.35 <= low < 0.36 < 8.9 < high <= 9.0  # 0.35 to 9 in the plan
-    point = {
-        "pressure_hertz": "1 GPa", "radius_equivalent": "15 mm", "speed_entrainment": "2 m/s", "slide_to_roll": 0.4,
-        "temperature_oil": "100 degC", "roughness_rms": "0.4 um",
-    }  # fmt: skip
-    mu = [float(model.mu(**point, peklenik_number=gamma).mu) for gamma in (0.4, 1.0, 3.0, 8.0)]
+    mu = [float(model.mu(**HOT, peklenik_number=gamma).mu) for gamma in (0.4, 1.0, 3.0, 8.0)]
     assert mu == sorted(mu, reverse=True)
     assert mu[0] > 1.2 * mu[-1]
-    # isotropic where nothing is said
-    assert float(model.mu(**point).mu) == mu[1]
-    assert "Peklenik number 20" in model.range_note(**point, peklenik_number=20.0)
+    assert float(model.mu(**HOT).mu) == mu[1]  # isotropic where nothing is said
+    assert "Peklenik number 20" in model.range_note(**HOT, peklenik_number=20.0)
 
 
 def test_points_never_fitted_are_met_as_their_table_says() -> None:
@@ -245,10 +219,9 @@ def test_points_never_fitted_are_met_as_their_table_says() -> None:
     assert model.paths.mape == pytest.approx(error.mean(), rel=1e-3)
 
 
-def test_what_a_formula_of_a_file_has_and_lacks(tmp_path: Path) -> None:
+def test_what_a_formula_of_a_file_has_and_lacks() -> None:
     model = FORMULA
     assert len(model.ranking()) == 1
-    assert "pressure_hertz" in model.export(tmp_path / "mu.c")
     for field, use in (
         ("hull", lambda: model.in_convex_hull("gear_fva3")),
         ("dataset", model.plot),
@@ -265,8 +238,7 @@ def test_what_a_formula_of_a_file_has_and_lacks(tmp_path: Path) -> None:
     assert shipped.oil_flag(Oil.load("fva3").model_copy(update={"description": "the same"})) == FrictionFlag.OK
     assert shipped.oil_note(other)
     assert len(shipped.to_text()) > len(shipped.equation)
-    of_all = Formula.load("gear")
-    assert f"{100.0 * np.expm1(of_all.interval.other_oil):.0f} %" in of_all.oil_note(Oil.load("minr"))
+    assert Formula.load("gear").oil_note(Oil.load("minr"))
     thin: Any = {"pressure_hertz": "0.16 GPa", "radius_equivalent": "3.2 mm", "speed_entrainment": "0.05 m/s"}
     thin |= {"roughness_rms": "0.04 um", "correlation_length": "100 um", "temperature": "30 degC"}
     with refuses("conditions"):  # each in its range
@@ -285,19 +257,15 @@ def test_a_finish_gives_the_roughness_of_a_contact(mixed_ehl: Cli) -> None:
     assert float(by_name.mu) == pytest.approx(float(by_number.mu), rel=1e-12)
     assert float(formula.mu(**point, **given).mu) > 1.2 * float(by_name.mu)  # marks across the motion keep the oil
     both = float(np.sqrt(2.0)) * finish.roughness_rms.value
-    assert formula.mu(**point, temperature=363.15, finish="ground").mu == pytest.approx(
-        formula.mu(**point, temperature=363.15, roughness_rms=both, **texture | {"correlation_length": 16e-6}).mu
-    )
-    assert (
-        formula.uncertainty(**point, **given, finish="ground").high
-        < 1.05 * formula.uncertainty(**point, **given, **texture).high
-    )
+    own = {"temperature": 363.15, "roughness_rms": both, **texture, "correlation_length": 16e-6}
+    assert formula.mu(**point, temperature=363.15, finish="ground").mu == pytest.approx(formula.mu(**point, **own).mu)
+    high = [formula.uncertainty(**point, **given, **of).high for of in ({"finish": "ground"}, texture)]
+    assert high[0] < 1.05 * high[1]
     smooth = formula.uncertainty(**point, temperature=363.15, roughness_rms=0.0, finish="ground")
     assert smooth.low < smooth.value < smooth.high
     for wrong in ("grond", 5, ["ground"]):
-        with pytest.raises(InputError) as refused:
+        with refuses("finish"):
             formula.mu(**point, **given, finish=wrong)  # type: ignore[typeddict-item]
-        assert refused.value.field == "finish"
     answer = mixed_ehl("mu", "75w90", *POINT, "--finish", "ground", "--json")
     assert json.loads(answer.out)["friction_coefficient"] == pytest.approx(float(by_name.mu), rel=1e-12)
 

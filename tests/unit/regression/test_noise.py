@@ -1,11 +1,15 @@
-"""Noise floor from repeated realisations: known scatter is found again, by region."""
+"""Noise floor from repeated realisations, and measured coverage of the intervals by bands of lambda."""
+
+import math
 
 import numpy as np
 import pandas as pd
 import pytest
 
 from regression.data.result_files import SURFACE_UNITS
-from regression.fitting.rows import band_noise, expected_rows, measured_noise, realisation_scatter, statistical_variance
+from regression.fitting import rows as rows_module
+from regression.fitting.fit import interval_of
+from regression.fitting.rows import band_noise, expected_rows, measured_noise, realisation_scatter
 from regression.friction.conditions import LUBRICANT_UNITS, STATE_UNITS
 
 POINTS, SEEDS = 400, 8
@@ -45,10 +49,7 @@ def test_the_same_row_twice_is_no_realisation() -> None:
     assert measured_noise(realisation_scatter(frame[frame["seed"] == 0])) is None
     assert measured_noise(realisation_scatter(frame.iloc[:0])) is None
     assert band_noise(None, "film_ratio", 1.0) is None
-
-
-def test_failed_cases_and_other_oils_do_not_count() -> None:
-    frame = repeated()
+    # nor do failed cases or other oils count
     frame.loc[frame["seed"] == 3, "status"] = "failed"
     assert set(realisation_scatter(frame)["realisations"]) == {SEEDS - 1}
     frame["oil"] = np.where(frame["seed"] % 2 == 0, "fva3", "75w90")
@@ -73,11 +74,59 @@ def test_points_of_one_profile_stay_what_they_are() -> None:
     frame = repeated().assign(statistical_error=0.0329)
     single = frame[frame["seed"] == 0].reset_index(drop=True)
     rows = expected_rows(single)
+    # 90 % of a normal error lie within 1.645 deviations
+    stated = pd.DataFrame({"statistical_error": [0.0329, np.nan, 0.0]})
+    np.testing.assert_allclose(rows_module.statistical_variance(stated), [0.02**2, 0.0, 0.0], rtol=1e-12)
     np.testing.assert_array_equal(rows["friction_coefficient"], single["friction_coefficient"])
     np.testing.assert_allclose(rows["noise_variance"], 0.02**2, rtol=1e-12)
 
 
-def test_stated_intervals_become_variances() -> None:
-    frame = pd.DataFrame({"statistical_error": [0.0329, np.nan, 0.0]})
-    # 90 % of a normal error lie within 1.645 deviations
-    np.testing.assert_allclose(statistical_variance(frame), [0.02**2, 0.0, 0.0], rtol=1e-12)
+SCALES = (0.005, 0.02, 0.04, 0.1)
+
+
+def cases(count: int, seed: int) -> tuple[pd.DataFrame, np.ndarray, np.ndarray]:
+    """Film ratios over all bands, errors whose size is the band's, folds in turn."""
+    random = np.random.default_rng(seed)
+    ratio = np.exp(random.uniform(math.log(0.1), math.log(10.0), count))
+    scale = np.array(SCALES)[np.searchsorted([0.5, 1.0, 2.0], ratio, side="right")]
+    error = np.abs(scale * random.standard_normal(count))
+    return pd.DataFrame({"film_ratio_formula": ratio}), error, np.arange(count) % 10
+
+
+def test_measured_coverage_is_nominal_in_each_band_and_that_of_new_errors() -> None:
+    interval = interval_of(*cases(4000, 1))
+    frame, new, _ = cases(4000, 2)
+    ratio = frame["film_ratio_formula"].to_numpy()
+    width = interval.width(ratio)
+    assert len(interval.bands) == 4
+    for band, scale in zip(interval.bands, SCALES, strict=True):
+        # 90 % of a normal error lie within 1.645 of its deviation
+        assert band.log_width == pytest.approx(1.645 * scale, rel=0.1)
+        spread = math.sqrt(0.09 / band.count)
+        assert band.coverage == pytest.approx(0.9, abs=2.0 * spread)
+        inside = (ratio >= band.low) & (ratio < (band.high or math.inf))
+        # both the calibration and the check are samples
+        assert np.mean(new[inside] <= width[inside]) == pytest.approx(0.9, abs=3.0 * math.sqrt(2.0) * spread)
+
+
+def test_coverage_shows_a_fold_unlike_the_others() -> None:
+    frame, error, folds = cases(2000, 3)
+    alike = interval_of(frame, error, folds)
+    unlike = interval_of(frame, np.where(folds < 2, 10.0 * error + 1.0, error), folds)
+    # 400 of 2000 cases err by more than the rest: the other fold alike holds them just below nominal
+    for before, after in zip(alike.bands, unlike.bands, strict=True):
+        assert after.coverage < before.coverage
+    # without folds no coverage is claimed; smooth contacts belong to the outer band
+    frame.loc[frame["film_ratio_formula"] > 5.0, "film_ratio_formula"] = np.inf
+    bands = interval_of(frame, error).bands
+    assert [band.coverage for band in bands] == [None] * 4
+    assert sum(band.count for band in bands) == 2000
+
+
+@pytest.mark.parametrize(("drawn", "counted"), [(64, 64), (63, 66), (0, 3)])
+def test_chosen_points_do_not_widen_the_interval(drawn: int, counted: int) -> None:
+    """Points of a table count only where few others were drawn."""
+    frame = pd.DataFrame({"origin": ["table"] * 3 + ["sobol"] * drawn})
+    rows = rows_module.drawn_rows(frame)
+    assert rows.sum() == counted
+    assert rows[:3].any() == (counted > drawn)

@@ -1,4 +1,4 @@
-"""Plan files and their points: what they accept, what they mean, and what they refuse."""
+"""Plan files and their points: what they accept, mean and refuse; ranges from what gears see."""
 
 import copy
 from collections.abc import Callable
@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from contacts import gear_state
 from refusals import refuses
 
 from ehl.common.data import data_names
@@ -15,8 +16,9 @@ from ehl.common.validation import validate
 from ehl.fluid.oil import Oil
 from ehl.line_contact import blok_1937
 from ehl.material import Material, effective_modulus
-from regression.friction.conditions import LUBRICANT_UNITS, STATE_UNITS, derive, lubricant_row
+from regression.friction.conditions import STATE_UNITS, derive, lubricant_row
 from regression.plan.axes import PlanAxis
+from regression.plan.operating_range import WeightedPoints, operating_range, weighted_quantile
 from regression.plan.plan import Plan
 from regression.plan.sampling import FLASH_FRICTION, BoxSampler, constrained_quantities
 
@@ -43,7 +45,6 @@ def plan(change: Callable[[dict[str, Any]], object] = lambda content: None) -> P
 
 
 def wide(**changes: Any) -> Plan:
-    """64 points of all ranges."""
     return validate(Plan, {**BASE, "sampling": {"size": 64, "seed": 3}, "variables": RANGES, **changes})
 
 
@@ -56,33 +57,24 @@ def test_shipped_plans_are_valid(name: str) -> None:
     assert case.surface.roughness_rms > 0.0
 
 
-def test_cases_lie_in_their_ranges_and_are_converted() -> None:
-    cases = [case for _, case in plan().cases()]
-    assert len(cases) == plan().count == 16
+def test_cases_lie_in_their_ranges_and_lists_multiply_the_sampled_points() -> None:
+    def direct(c: dict[str, Any]) -> None:
+        c["lubricant"] = {"pressure_viscosity": "18 1/GPa", "eyring_stress": "5 MPa"}
+        c["variables"]["viscosity_inlet"] = {"low": "5 mPa s", "high": "50 mPa s", "scale": "log"}
+        c["variables"] |= {"speed_entrainment": ["2 m/s", "8 m/s"], "lengthwise_to_roll": 0.5}
+
+    two = plan(direct)
+    cases = [case for _, case in two.cases()]
+    assert len(cases) == two.count == 16 * 2
     assert all(0.4e9 <= case.contact.pressure_hertz <= 2.4e9 for case in cases)
     assert all(0.005 <= case.contact.radius_equivalent <= 0.08 for case in cases)
+    viscosity = [case.lubricant.lubricant().viscosity_inlet for case in cases]
+    assert 0.005 <= min(viscosity) < 0.01 < 0.03 < max(viscosity) <= 0.05
     assert {case.lubricant.temperature_oil for case in cases} == {353.15}
     assert cases[0].surface.roughness_rms == pytest.approx(0.4e-6, rel=1e-14)
-    assert cases[0].surface.roughness_rms_1 == cases[0].surface.roughness_rms_2
-
-
-def test_lists_multiply_the_sampled_points() -> None:
-    two = plan(lambda c: c["variables"].update(speed_entrainment=["2 m/s", "8 m/s"], temperature_oil=[333, 353, 373]))
-    cases = [case for _, case in two.cases()]
-    assert len(cases) == two.count == 16 * 6
     pressures = [{c.contact.pressure_hertz for c in cases if c.contact.speed_entrainment == u} for u in (2.0, 8.0)]
     assert pressures[0] == pressures[1]
-
-
-def test_full_factorial_lattice_without_sampling() -> None:
-    def lattice(c: dict[str, Any]) -> None:
-        c.pop("sampling")
-        c["variables"].update(pressure_hertz=["0.5 GPa", "1 GPa"], radius_equivalent=0.01, slide_to_roll=[0.1, 0.3, 1])
-
-    origins, cases = zip(*plan(lattice).cases(), strict=True)
-    assert set(origins) == {"lattice"}
-    points = {(case.contact.pressure_hertz, case.contact.slide_to_roll) for case in cases}
-    assert points == {(p, s) for p in (0.5e9, 1e9) for s in (0.1, 0.3, 1.0)}
+    assert {c.contact.speed_sliding_lengthwise / c.contact.speed_entrainment for c in cases} == {0.5}
 
 
 def test_corners_are_met_exactly() -> None:
@@ -99,21 +91,6 @@ def test_corners_are_met_exactly() -> None:
     assert few.points.origin.count("corner") == 5
 
 
-def test_lengthwise_sliding_as_a_ratio() -> None:
-    ratio = plan(lambda c: c["variables"].update(lengthwise_to_roll=0.5, speed_entrainment=[2.0, 4.0]))
-    assert {c.contact.speed_sliding_lengthwise / c.contact.speed_entrainment for _, c in ratio.cases()} == {0.5}
-
-
-def test_lubricant_by_numbers_may_vary() -> None:
-    def direct(c: dict[str, Any]) -> None:
-        c["lubricant"] = {"pressure_viscosity": "18 1/GPa", "eyring_stress": "5 MPa"}
-        c["variables"]["viscosity_inlet"] = {"low": "5 mPa s", "high": "50 mPa s", "scale": "log"}
-
-    viscosity = [case.lubricant.lubricant().viscosity_inlet for _, case in plan(direct).cases()]
-    assert 0.005 <= min(viscosity) < 0.01
-    assert 0.03 < max(viscosity) <= 0.05
-
-
 def test_plan_hash_follows_the_cases_and_not_the_words() -> None:
     assert plan().plan_hash == plan(lambda c: c.update(name="other", description="words")).plan_hash
     assert plan().plan_hash == plan(lambda c: c["variables"].update(speed_entrainment="18 km/hour")).plan_hash
@@ -123,9 +100,7 @@ def test_plan_hash_follows_the_cases_and_not_the_words() -> None:
 
 AXES: list[tuple[str, Any, str]] = [
     ("pressure_hertz", {"low": "1 GPa"}, "pressure_hertz.high"),
-    ("pressure_hertz", {"low": "1 GPa", "high": "3 mm"}, "pressure_hertz.high"),
     ("pressure_hertz", {"low": "1 GPa", "high": "0.5 GPa"}, "pressure_hertz.high"),
-    ("pressure_hertz", {"low": "1 GPa", "high": float("nan")}, "pressure_hertz.high"),
     ("slide_to_roll", {"low": 0, "high": 1, "scale": "log"}, "slide_to_roll.low"),
     ("slide_to_roll", {"low": 0, "high": 1, "scale": "cubic"}, "slide_to_roll.scale"),
     ("slide_to_roll", {"low": 0, "high": 1, "step": 2}, "slide_to_roll.step"),
@@ -143,20 +118,15 @@ CHANGES: list[tuple[Callable[[dict[str, Any]], object], str]] = [
     (lambda c: c["variables"].update(lengthwise_to_roll=1, speed_sliding_lengthwise=1), "variables.lengthwise_to_roll"),
     (lambda c: c.update(table={"roughness_rms_1": [1e-7]}), "variables.roughness_rms"),
     (lambda c: c["sampling"].update(size=20), "sampling.size"),
-    (lambda c: c["sampling"].update(size=0), "sampling.size"),
     (lambda c: c["sampling"].update(size=2**20), "sampling.size"),
     (lambda c: c.pop("sampling"), "sampling.size"),
-    (lambda c: c["variables"].pop("temperature_oil"), "variables.temperature_oil"),
     (lambda c: c["lubricant"].update(temperature_oil=353), "lubricant.temperature_oil"),
-    (lambda c: c["lubricant"].update(oil="fva9"), "lubricant.oil"),
-    (lambda c: c.update(model={"accuracy": "best"}), "model.accuracy"),
     (lambda c: c.update(surface={"roughness_rms_1": 1e-7}), "surface.roughness_rms_1"),
     (lambda c: c.update(surface={"profile_1": "x.csv"}), "surface.profile_1"),
     (lambda c: c.update(effective_modulus="1 mm"), "effective_modulus"),
     (lambda c: c.update(constraints={"lambda": {"low": 1}}), "constraints.lambda"),
     (lambda c: c.update(constraints={"film_ratio": {"low": 2, "high": 1}}), "constraints.film_ratio.high"),
     (lambda c: c.update(constraints={"film_ratio": {}}), "constraints.film_ratio.low"),
-    (lambda c: c.update(constraints={"film_ratio": {"least": 1}}), "constraints.film_ratio.least"),
     (lambda c: c.update(constraints={"film_ratio": 2}), "constraints.film_ratio.low"),
     (lambda c: c.update(constraints={"load_per_length": {"high": "3 GPa"}}), "constraints.load_per_length.high"),
 ]
@@ -169,13 +139,9 @@ def test_bad_plans_name_their_field() -> None:
     for change, field in CHANGES:
         with refuses(field):
             plan(change)
-
-
-def test_unreadable_plans(tmp_path: Path) -> None:
-    (tmp_path / "plan.toml").write_text("name = ")
-    for path in (tmp_path / "none.toml", tmp_path / "plan.toml", tmp_path):
-        with pytest.raises(InputError):
-            Plan.from_file(path)
+    for option in ("sampling.size", "=3", "a..b=3", "name.first=3"):
+        with refuses("changes"):
+            Plan.from_file("demo", [option])
 
 
 def test_sobol_is_reproducible_nested_and_even() -> None:
@@ -188,17 +154,6 @@ def test_sobol_is_reproducible_nested_and_even() -> None:
     assert not np.array_equal(small, unit(16, 8))
     # a (t, m, s)-net: each half of each axis holds exactly half of the points
     np.testing.assert_array_equal((large < 0.5).sum(axis=0), 32)
-
-
-@pytest.mark.parametrize("oil", ["fva3", "75w90", "pao100", "5p4e"])
-def test_the_oil_at_many_points_is_that_at_each(oil: str) -> None:
-    plan = Plan.from_file("demo", [f"lubricant.oil={oil}"])
-    points = plan.points.columns
-    table = plan.conditions({name: column[:20] for name, column in points.items()}, [None] * 20)
-    for row in range(20):
-        one = plan.conditions({name: column[row : row + 1] for name, column in points.items()}, [None])
-        for name in LUBRICANT_UNITS:
-            assert one[name][0] == pytest.approx(table[name][row], rel=1e-15), name
 
 
 LIMITS = {"load_per_length": {"high": "1500 N/mm"}, "film_ratio": {"low": 0.5}, "speed_sliding": {"high": "8 m/s"}}
@@ -221,28 +176,22 @@ def test_constraints_keep_the_size_and_hold_at_every_case() -> None:
 
 
 def test_constrained_points_are_those_of_the_free_sequence_that_pass() -> None:
+    """With their roughness, and in any number."""
     free = wide(sampling={"size": 256, "seed": 3})
-    bounded = wide(constraints=LIMITS)
+    bounded, short = wide(constraints=LIMITS), wide(constraints=LIMITS, sampling={"size": 50, "seed": 3})
     figures = bounded.constrained(free.points.columns, free.points.oils)
     inside = (figures["load_per_length"] <= 1500e3) & (figures["film_ratio"] >= 0.5) & (figures["speed_sliding"] <= 8.0)
     for name, column in bounded.points.columns.items():
         np.testing.assert_array_equal(column, free.points.columns[name][inside][:64])
-
-
-def test_any_size_with_constraints_and_the_longer_plan_begins_with_the_shorter() -> None:
-    short = wide(constraints=LIMITS, sampling={"size": 50})
-    longer = wide(constraints=LIMITS, sampling={"size": 90})
-    assert (short.count, longer.count) == (50, 90)
-    for name, column in short.points.columns.items():
-        np.testing.assert_array_equal(column, longer.points.columns[name][:50])
+        np.testing.assert_array_equal(column[:50], short.points.columns[name])
+    assert bounded.points.seed.tolist() == free.points.seed[inside][:64].tolist()
 
 
 def test_constraints_nothing_passes_are_refused() -> None:
-    with pytest.raises(InputError, match=r"constraints.*windows that accept 1/64.*Widen"):
-        wide(constraints={"film_ratio": {"low": 1000.0}})
     listed = {**RANGES, **{name: RANGES[name]["low"] for name in list(RANGES)[:4]}}
-    with pytest.raises(InputError, match=r"constraints.*at least one case"):
-        wide(constraints={"film_ratio": {"low": 1000.0}}, variables=listed, sampling={})
+    for change in ({}, {"variables": listed, "sampling": {}}):
+        with refuses("constraints"):
+            wide(constraints={"film_ratio": {"low": 1000.0}}, **change)
 
 
 def test_flash_temperature_of_blok() -> None:
@@ -273,16 +222,15 @@ def test_latin_hypercube_has_one_point_in_each_row() -> None:
 def test_levels_and_factorial_plans() -> None:
     levels = {**RANGES, "pressure_hertz": {"low": 0.5e9, "high": 2e9, "scale": "log", "levels": 3}}
     mixed = wide(variables=levels)
-    assert mixed.count == 3 * 64
     assert sorted(set(mixed.points.columns["pressure_hertz"])) == pytest.approx([0.5e9, 1e9, 2e9], rel=1e-14)
     factorial = wide(variables=levels, sampling={"method": "factorial", "levels": 4})
     assert factorial.count == 3 * 4**3 == len(factorial.points)
     assert set(factorial.points.origin) == {"lattice"}
     speeds = sorted(set(factorial.points.columns["speed_entrainment"]))
     assert speeds == pytest.approx([20.0 ** (k / 3) for k in range(4)], rel=1e-14)
-    with pytest.raises(InputError, match=r"sampling.levels is missing"):
+    with refuses("sampling.levels"):
         wide(sampling={"method": "factorial"})
-    with pytest.raises(InputError, match=r"levels.*whole number from 2"):
+    with refuses("variables.pressure_hertz.levels"):
         wide(variables={**RANGES, "pressure_hertz": {"low": 1e9, "high": 2e9, "levels": 1}})
 
 
@@ -290,16 +238,10 @@ def test_several_oils_meet_the_same_points() -> None:
     both = wide(lubricant={"oil": ["fva3", "75w90"]})
     assert both.oils == ("fva3", "75w90")
     assert both.oil is None
-    oils, pressures = [], []
-    for _, case in both.cases():
-        oils.append(case.lubricant.oil)
-        pressures.append(case.contact.pressure_hertz)
-    assert oils == ["fva3"] * 64 + ["75w90"] * 64
-    assert pressures[:64] == pressures[64:]
-    # constraints see each oil's own viscosity
-    viscosities = {oil: Oil.load(oil).at(353.15).viscosity_inlet for oil in both.oils}
-    assert viscosities["fva3"] != viscosities["75w90"]
-    with pytest.raises(InputError, match=r"different names"):
+    cases = [case for _, case in both.cases()]
+    assert [case.lubricant.oil for case in cases] == ["fva3"] * 64 + ["75w90"] * 64
+    assert [c.contact.pressure_hertz for c in cases[:64]] == [c.contact.pressure_hertz for c in cases[64:]]
+    with refuses("lubricant.oil"):
         wide(lubricant={"oil": ["fva3", "fva3"]})
 
 
@@ -325,11 +267,6 @@ def test_every_point_has_a_roughness_of_its_own_and_realisations_are_a_factor() 
     assert (pressures == pressures[:, :1]).all()
     same = wide(sampling={"size": 16, "realisations": 3, "same_profile": True}, surface={"seed": 5})
     assert [case.surface.seed for _, case in same.cases()] == [5, 6, 7] * 16
-    # a constrained plan keeps the roughness of a point
-    free = wide(sampling={"size": 256, "seed": 3})
-    bounded = wide(constraints=LIMITS)
-    by_point = dict(zip(free.points.columns["pressure_hertz"], free.points.seed, strict=True))
-    assert [by_point[p] for p in bounded.points.columns["pressure_hertz"]] == bounded.points.seed.tolist()
 
 
 def test_variables_of_the_surface() -> None:
@@ -339,25 +276,99 @@ def test_variables_of_the_surface() -> None:
     assert len(surfaces) == 128
     assert {surface.boundary_friction for surface in surfaces} == {0.08, 0.12}
     assert all(20e-6 <= surface.correlation_length <= 100e-6 for surface in surfaces)
-    with pytest.raises(InputError, match=r"surface.boundary_friction.*variables"):
+    with refuses("surface.boundary_friction"):
         wide(variables={**RANGES, "boundary_friction": [0.08, 0.12]}, surface={"boundary_friction": 0.1})
 
 
-def test_default_plan_is_what_it_says() -> None:
-    default = Plan.from_file("gear")
-    assert default.count == len(default.points) == 512
-    figures = default.constrained(default.points.columns, default.points.oils)
-    ratio = figures["film_ratio"]
-    # from boundary to full film, a good part of the cases on each side
-    assert np.mean(ratio < 0.5) > 0.15
-    assert np.mean(ratio > 3.0) > 0.1
-    assert np.mean((ratio > 0.5) & (ratio < 3.0)) > 0.2
-    other = Plan.from_file("gear", ["lubricant.oil=fva3"])
-    assert other.count == 512
-    assert other.oil == "fva3"
+OIL = Oil.load("fva3")
 
 
-@pytest.mark.parametrize("change", ["sampling.size", "=3", "a..b=3", "name.first=3"])
-def test_bad_changes(change: str) -> None:
-    with pytest.raises(InputError, match="changes"):
-        Plan.from_file("demo", [change])
+def points(count: int = 400, **changes: Any) -> WeightedPoints:
+    random = np.random.default_rng(3)
+    values = {
+        "pressure_hertz": random.uniform(0.5e9, 1.5e9, count),
+        "radius_equivalent": 0.01 * 3.0 ** random.random(count),
+        "speed_entrainment": 2.0 * 4.0 ** random.random(count),
+        "slide_to_roll": random.uniform(-0.6, 0.6, count),
+        "speed_sliding_lengthwise": random.uniform(-2.0, 2.0, count),
+    }
+    state = gear_state(**values | {"roughness_rms_2": 0.4e-6} | changes)
+    return WeightedPoints(state, np.ones(state.size), OIL)
+
+
+def test_weighted_quantiles() -> None:
+    values = np.array([3.0, 1.0, 2.0, 10.0])
+    # equal weights: the quantiles of Hazen
+    levels = np.linspace(0.05, 0.95, 7)
+    expected = np.quantile(values, levels, method="hazen")
+    np.testing.assert_allclose(weighted_quantile(values, np.ones(4), levels), expected, rtol=1e-14)
+    # a weight of two is the point twice, in the middle of which the level is the same
+    repeated = np.repeat(np.random.default_rng(1).random(50), 4)
+    single = weighted_quantile(repeated[::4], np.full(50, 4.0), levels)
+    np.testing.assert_allclose(single, np.quantile(repeated[::4], levels, method="hazen"), rtol=1e-14)
+    # points without weight do not count, whatever they are
+    assert weighted_quantile([1.0, 5.0, 99.0], [1.0, 1.0, 0.0], 1.0) == 5.0
+    for bad in (([], []), ([1.0], [0.0]), ([1.0, 2.0], [1.0, -1.0]), ([1.0], [np.nan]), ([1.0], [1.0, 2.0])):
+        with refuses("weights"):
+            weighted_quantile(*bad, 0.5)
+
+
+def test_ranges_hold_the_share_of_the_weight_asked_for() -> None:
+    part = points()
+    weighted = WeightedPoints(part.state, part.state.pressure_hertz * part.state.speed_sliding, OIL)
+    ranges = operating_range([weighted], 0.9)
+    for name, values in (
+        ("pressure_hertz", part.state.pressure_hertz),
+        ("speed_entrainment", part.state.speed_entrainment),
+        ("slide_to_roll", np.abs(part.state.slide_to_roll)),
+    ):
+        inside = (values >= ranges[name].low) & (values <= ranges[name].high)
+        assert weighted.weight[inside].sum() / weighted.weight.sum() == pytest.approx(0.9, abs=0.01)
+        assert ranges[name].minimum == values.min()
+        assert ranges[name].maximum == values.max() == ranges.to_frame().loc[name, "maximum"]
+    # sliding weighs: what slides more is seen more
+    assert ranges["slide_to_roll"].median > operating_range([part], 0.9)["slide_to_roll"].median
+    assert {"lengthwise_to_roll", "temperature_oil", "roughness_rms", "film_ratio"} <= set(ranges.variables)
+
+
+def test_the_plan_holds_the_ranges_and_is_one(tmp_path: Path) -> None:
+    texture = {"correlation_length": 45e-6}
+    hot = points(temperature_oil=393.15, **texture)
+    ranges = operating_range([points(**texture), hot], 0.95)
+    text = ranges.plan_text("seen", ("fva3", "75w90"), size=40, description='what "gears" see')
+    (tmp_path / "seen.toml").write_text(text)
+    plan = Plan.from_file(tmp_path / "seen.toml")
+    assert ranges.plan("seen", ["fva3", "75w90"], size=40).plan_hash == plan.plan_hash
+    assert plan.description == 'what "gears" see'
+    assert plan.count == 80
+    assert plan.oils == ("fva3", "75w90")
+    for name, axis in plan.variables.axes.items():
+        if axis.sampled:
+            (low, high), seen = axis.values, ranges[name]
+            assert low <= seen.low < seen.high <= high
+            # a tenth more at each end, and the rounding
+            scale = np.log if axis.scale == "log" else np.asarray
+            assert low == 0.0 or np.ptp(scale([low, high])) == pytest.approx(
+                1.2 * np.ptp(scale([seen.low, seen.high])), rel=0.05
+            )
+    # one roughness, one value
+    assert plan.variables.axes["roughness_rms"].values == pytest.approx((0.5e-6,), rel=0.01)
+    assert plan.variables.axes["correlation_length"].values == pytest.approx((45e-6,), rel=0.01)
+    window = plan.constraints.film_ratio
+    assert window.low < ranges["film_ratio"].low < ranges["film_ratio"].high < window.high
+
+
+def test_spur_gears_have_no_lengthwise_sliding_and_a_pitch_point(tmp_path: Path) -> None:
+    spur = points(speed_sliding_lengthwise=0.0, slide_to_roll=np.linspace(-1e-5, 0.4, 400))
+    text = operating_range([spur], 1.0).plan_text("spur", ("fva3",), size=32)
+    assert "lengthwise_to_roll = 0.0" in text
+    (tmp_path / "spur.toml").write_text(text)
+    low, _ = Plan.from_file(tmp_path / "spur.toml").variables.axes["slide_to_roll"].values
+    assert 1e-4 < low <= 1e-3
+
+
+def test_refusals() -> None:
+    with pytest.raises(InputError):
+        operating_range([])
+    with refuses("coverage"):
+        operating_range([points()], 0.2)

@@ -24,16 +24,8 @@ from ehl.common.journal import Journal, header_of, read_rows
 from regression.data import result_files
 from regression.data.result_files import SAME_RUN, SCHEMA, case_status, merge, read_file, read_run, table_of
 
-META: dict[str, str | int] = {
-    "plan": "{}",
-    "plan_name": "test",
-    "plan_hash": "a" * 64,
-    "solver_version": "test 1",
-    "oil": "fva3",
-    "oil_hash": "b" * 64,
-    "bodies_hash": "c" * 64,
-    "count": 10,
-}
+META: dict[str, str | int] = {"plan": "{}", "plan_name": "test", "plan_hash": "a" * 64, "solver_version": "test 1"}
+META |= {"oil": "fva3", "oil_hash": "b" * 64, "bodies_hash": "c" * 64, "count": 10}
 
 
 def journal(path: Path, **changes: Any) -> Journal:
@@ -41,16 +33,8 @@ def journal(path: Path, **changes: Any) -> Journal:
 
 
 def row(number: int, **changes: Any) -> dict[str, Any]:
-    values = {
-        "key": f"{number:064x}",
-        "origin": "sobol",
-        "status": "converged",
-        "reason": "",
-        "skipped": "time",
-        "pressure_hertz": 1e9 + number,
-        "friction_coefficient": 0.01 * number,
-    }
-    return {**values, **changes}
+    values = {"key": f"{number:064x}", "origin": "sobol", "status": "converged", "reason": "", "skipped": "time"}
+    return {**values, "pressure_hertz": 1e9 + number, "friction_coefficient": 0.01 * number, **changes}
 
 
 def keys(path: Path) -> list[str]:
@@ -78,25 +62,17 @@ def test_rows_come_back_as_they_were_written(path: Path, merged: Path) -> None:
         frame = table_of(rows)
         assert {name: meta[name] for name in META} == META
         assert meta["schema"] == schema
-        assert frame["key"].tolist() == [row(n)["key"] for n in (1, 2, 3)]
-        assert frame["pressure_hertz"].tolist() == [1e9 + 1, 1e9 + 2, 1e9 + 3]
-        assert frame["status"].tolist() == ["converged", "converged", "failed"]
-        assert frame["reason"].tolist() == ["", "", "diverged"]
-        assert np.isnan(frame["friction_coefficient"][2])
-        # not given at all
-        assert np.isnan(frame["film_central"]).all()
+        columns = [frame[name].tolist() for name in ("key", "pressure_hertz", "status", "reason")]
+        rows = [row(1), row(2), row(3, status="failed", reason="diverged")]
+        assert columns == [[r[name] for r in rows] for name in ("key", "pressure_hertz", "status", "reason")]
+        assert np.isnan([frame["friction_coefficient"][2], *frame["film_central"]]).all()
     with h5py.File(merged) as file:
-        assert file["pressure_hertz"].attrs["unit"] == "Pa"
-        assert file["friction_coefficient"].attrs["unit"] == "1"
         assert all("unit" in file[name].attrs for name in file)
-
-
-def test_reopening_goes_on_behind_the_last_row(path: Path) -> None:
-    with journal(path) as rows:
-        assert (rows.truncated, rows.corrupt) == (0, 0)
-        assert set(rows.rows) == {row(n)["key"] for n in (1, 2, 3)}
-        rows.append([row(4)])
-        rows.append([])
+        assert [file[name].attrs["unit"] for name in ("pressure_hertz", "friction_coefficient")] == ["Pa", "1"]
+    with journal(path) as again:  # goes on behind the last row
+        assert (again.truncated, again.corrupt, len(again.rows)) == (0, 0, 3)
+        again.append([row(4)])
+        again.append([])
     assert len(keys(path)) == 4
 
 
@@ -106,17 +82,6 @@ def test_without_a_file_rows_stay_in_memory() -> None:
         rows.append([])
     assert [entry[0] for entry in rows.rows.values()] == ["converged", "failed"]
     assert rows.on_disk == frozenset()
-
-
-@pytest.mark.parametrize("cut", [1, 20, 100])
-def test_an_incomplete_row_is_ignored_and_cut(path: Path, cut: int) -> None:
-    """What a process leaves that dies in the middle of writing."""
-    os.truncate(path, path.stat().st_size - cut)
-    assert len(keys(path)) == 2
-    with journal(path) as rows:
-        assert (rows.truncated, rows.corrupt) == (1, 0)
-        rows.append([row(9)])
-    assert keys(path) == [row(n)["key"] for n in (1, 2, 9)]
 
 
 @pytest.mark.parametrize("size", [0, 1, 30])
@@ -135,17 +100,17 @@ def test_newer_schemas_are_refused(path: Path, merged: Path, tmp_path: Path) -> 
     newer = tmp_path / "newer.jsonl"
     journal(newer, schema=JOURNAL_SCHEMA + 1, writer="mixed-ehl 9.9").close()
     for use in (lambda: read_file(merged), lambda: read_file(newer), lambda: journal(newer)):
-        with pytest.raises(InputError, match=r"newer version mixed-ehl 9\.9") as caught:
+        with pytest.raises(InputError) as caught:
             use()
         assert caught.value.field.endswith(".schema")
 
 
 @pytest.mark.parametrize("name", ["plan_hash", "solver_version", "oil_hash", "bodies_hash"])
 def test_results_of_another_run_are_not_mixed_in(path: Path, name: str) -> None:
-    with pytest.raises(InputError, match=SAME_RUN[name]):
+    with refuses("run"):
         journal(path, **{name: "other"})
     journal(path.with_name("shard-0002-of-0002.jsonl"), **{name: "other"}).close()
-    with pytest.raises(InputError, match=SAME_RUN[name]):
+    with refuses("run"):
         read_run(path.parent)
 
 
@@ -177,17 +142,12 @@ def test_folders_pipes_and_devices_are_no_journals(kind: str, tmp_path: Path) ->
 
 
 def test_second_writer_is_refused(path: Path) -> None:
-    holder = (
-        "import sys\nfrom pathlib import Path\nfrom ehl.common.journal import Journal\n"
-        f"with Journal(Path({str(path)!r})):\n"
-        "    print('open', flush=True)\n"
-        "    sys.stdin.read()\n"
-    )
-    with subprocess.Popen(
-        [sys.executable, "-c", holder], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-    ) as process:
+    holder = "import sys\nfrom pathlib import Path\nfrom ehl.common.journal import Journal\n"
+    holder += f"with Journal(Path({str(path)!r})):\n    print('open', flush=True)\n    sys.stdin.read()\n"
+    command, pipes = [sys.executable, "-c", holder], {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+    with subprocess.Popen(command, text=True, **pipes) as process:
         assert process.stdout.readline() == "open\n"
-        with pytest.raises(InputError, match="Is the same shard running"):
+        with refuses("run"):
             journal(path)
         # its rows can be read all the same
         assert len(keys(path)) == 3
@@ -223,7 +183,7 @@ def test_second_writer_is_refused_without_locks(path: Path, naps: list[float]) -
         while shown.stat().st_mtime == 0.0 and time.monotonic() < waiting:
             time.sleep(0.01)
         assert shown.stat().st_mtime > 0.0
-        with pytest.raises(InputError, match=r"no locks.*same shard running.*repeat the command after 60 s"):
+        with refuses("run"):
             journal(path)
         assert naps == [0.02, 0.02]
     assert not shown.exists()
@@ -245,9 +205,7 @@ def test_a_writer_without_locks_ends_after_a_minute(path: Path, naps: list[float
 
 
 @pytest.mark.parametrize("kind", ["dangling", "folder", "refused"])
-def test_a_sign_of_a_writer_that_cannot_be_made_is_refused(
-    path: Path, naps: list[float], kind: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_sign_of_a_writer_that_cannot_be_made_is_refused(path, naps, kind, monkeypatch):
     shown = path.with_name(f"{path.name}.writer")
     if kind == "refused":
         opened, none = os.open, path.parent / "none" / "x"
@@ -261,8 +219,6 @@ def test_a_sign_of_a_writer_that_cannot_be_made_is_refused(
 
 
 class FullDisk(io.FileIO):
-    """A file on a disk with room for 100 bytes."""
-
     room = 100
 
     def write(self, content: Any) -> int:
@@ -297,7 +253,7 @@ def test_merge_sorts_and_removes_doubles(path: Path, tmp_path: Path) -> None:
     target = tmp_path / "merged" / "all.h5"
     assert merge(path.parent, target) == 4
     assert keys(target) == [row(n)["key"] for n in (0, 1, 2, 3)]
-    with pytest.raises(InputError, match="does not exist yet"):
+    with refuses("target"):
         merge(path.parent, target)
     small = target.with_name("small.h5")
     merge(path.parent, small, compress=True)
@@ -308,7 +264,7 @@ def test_runs_that_are_not_there(tmp_path: Path) -> None:
     (gone := tmp_path / "gone").mkdir()
     (gone / "shard.jsonl").symlink_to("nowhere")
     for run in (tmp_path, tmp_path / "none", gone):
-        with pytest.raises(InputError, match="Run `mixed-ehl sweep"):
+        with refuses("run"):
             read_run(run)
 
 
@@ -358,11 +314,12 @@ def resumed(path: Path) -> int:
 
 @pytest.mark.parametrize("share", [0.1, 0.5, 0.999])
 def test_whole_rows_of_a_journal_cut_short_are_kept(path: Path, content: dict[str, bytes], share: float) -> None:
-    """A merged file cut short is refused."""
     for file in (path, merged := path.with_suffix(".h5")):
         whole = content[file.suffix]
         file.write_bytes(whole[: int(share * len(whole))])
     assert true_rows(path) == pytest.approx(share * len(MANY), abs=2.0)
+    with journal(path) as rows:
+        assert (rows.truncated, rows.corrupt) == (1, 0)  # the row that a process left which died while writing
     assert resumed(path) == len(MANY)
     with refuses("run"):
         read_file(merged)
@@ -377,9 +334,7 @@ def _outcome(use: Callable[[], int]) -> int | str:
 
 @pytest.mark.parametrize("share", np.linspace(0.0001, 0.98, 6))
 @pytest.mark.parametrize("length", [1, 3000])
-def test_a_file_overwritten_anywhere_never_gives_a_wrong_number(
-    tmp_path: Path, content: dict[str, bytes], share: float, length: int
-) -> None:
+def test_a_file_overwritten_anywhere_never_gives_a_wrong_number(tmp_path, content, share, length):
     noise = np.random.default_rng(int(1e6 * share)).integers(0, 256, length, dtype=np.uint8).tobytes()
     for suffix, whole in content.items():
         path, offset = tmp_path / f"damaged{suffix}", int(share * len(whole))
@@ -419,7 +374,8 @@ def test_of_two_shards_the_one_with_a_result_counts(path: Path) -> None:
     with journal(path.with_name("shard-0002-of-0002.jsonl")) as rows:
         rows.append([row(3, friction_coefficient=0.03), row(2, status="failed", reason="time_cap")])
     frame = table_of(read_run(path.parent)[1])
-    assert frame["status"].tolist() == ["converged"] * 3
-    assert frame["friction_coefficient"].tolist() == [0.01, 0.02, 0.03]
+    assert frame[["status", "friction_coefficient"]].to_numpy().tolist() == [
+        ["converged", mu] for mu in (0.01, 0.02, 0.03)
+    ]
     others = result_files.cases_of_other_files(path)
     assert {key: entry[0] for key, entry in others.items()} == {row(2)["key"]: "failed", row(3)["key"]: "converged"}

@@ -57,7 +57,7 @@ def test_dialects(tmp_path: Path, points: str) -> None:
     assert plan_with(tmp_path, points).plan_hash == plan_with(tmp_path, POINTS).plan_hash
 
 
-def test_the_same_table_in_a_spreadsheet(tmp_path: Path) -> None:
+def test_the_same_table_in_a_spreadsheet(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from openpyxl import Workbook
 
     from_csv = plan_with(tmp_path, POINTS)
@@ -70,20 +70,9 @@ def test_the_same_table_in_a_spreadsheet(tmp_path: Path) -> None:
     (tmp_path / "points.xlsx").write_text("no spreadsheet")
     with pytest.raises(InputError):
         Plan.from_file(tmp_path / "plan.toml")
-
-
-def test_a_spreadsheet_without_its_library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "openpyxl", None)
-    (tmp_path / "points.xlsx").write_bytes(b"")
-    with pytest.raises(InputError, match=r"mixed-ehl\[excel\]"):
+    with pytest.raises(InputError):
         read_table(tmp_path / "points.xlsx", {})
-
-
-def test_columns_in_the_plan_and_oils_by_row(tmp_path: Path) -> None:
-    text = PLAN.replace('file = "points.csv"', COLUMNS).replace('oil = "fva3"', "")
-    plan = plan_with(tmp_path, "", text)
-    assert [case.lubricant.oil for _, case in plan.cases()] == ["fva3", "75w90"] * 2
-    assert plan.oils == ("fva3", "75w90")
 
 
 COLUMNS = """
@@ -95,6 +84,11 @@ oil = ["fva3", "75w90"]
 """
 
 
+def test_columns_in_the_plan_and_oils_by_row(tmp_path: Path) -> None:
+    plan = plan_with(tmp_path, "", PLAN.replace('file = "points.csv"', COLUMNS).replace('oil = "fva3"', ""))
+    assert [case.lubricant.oil for _, case in plan.cases()] == ["fva3", "75w90"] * 2
+
+
 @pytest.mark.parametrize(
     ("old", "new", "field"),
     [
@@ -103,8 +97,6 @@ oil = ["fva3", "75w90"]
         ("0.8,", "high,", "table.points.csv, row 3, pressure_hertz"),
         ("0.8,", ",", "table.points.csv, row 3, pressure_hertz"),
         ("0.8,", "8e3,", "table.points.csv, row 3, pressure_hertz"),
-        ("0.8,", "nan,", "table.points.csv, row 3, pressure_hertz"),
-        ("0.8,20", "30,20", "table.points.csv, row 3, pressure_hertz"),
         ("2.5 m/s", "2.5 mm", "table.points.csv, row 3, speed_entrainment"),
         (",slide_to_roll", ",speed_entrainment", "table.points.csv, header"),
         (POINTS, "", "table.points.csv"),
@@ -154,44 +146,29 @@ def test_an_export_of_a_test_rig(tmp_path: Path, encoding: str, decimal: str, ca
         "Load(kN) Rolling_Speed(mm/s) SRR(%)\n1.2345 2500 10\n",
         "Ball Load (N)   Rolling Speed (mm/s)   SRR %\n1234.5          2500                   10\n",
         "load,speed_entrainment,slide_to_roll\nkN,m/s,%\n1.2345,2.5,10\n-999,2.5,10\n1,n/a,10\n2,2.5,10\n3,2.5,10\n",
-    ],
-)
-def test_heads_and_numbers_of_other_programs(tmp_path: Path, text: str) -> None:
-    (tmp_path / "t.csv").write_bytes(text.encode("cp1252"))
-    found = read_table(tmp_path / "t.csv", CONDITIONS, tuple(CONDITIONS), missing=True)
-    assert [found[name][0] for name in CONDITIONS] == pytest.approx([1234.5, 2.5, 0.1])
-    assert len(found["load"]) in (1, 3)
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
+        # statistics and tables below the data, dates, quotes, empty cells at the end, units behind an underscore
         "load_kN,speed_entrainment_mm/s,slide_to_roll\n1.2345,2500,0.1\nMean,1,2500,0.1\n",
         "load [N],speed_entrainment [m/s],slide_to_roll\n1234.5,2.5,0.1\nMean,2,0.2\nSD,1,0.1\n",
         "load [N],speed_entrainment [m/s],slide_to_roll\n1234.5,2.5,0.1\n\nname,value\nmean,3\n",
         '"load [N]","speed_entrainment [m/s]","slide_to_roll"\n"1234,5","2,5","0,1"\n',
         "Datum;Normalkraft [N];Rolling speed (m/s);Schlupf [%]\n12.03.2024;1234,5;2,5;10\nMittelwert;1;1;1\n",
-        "load [N];speed_entrainment [m/s];slide_to_roll\n1\u202f234,5;2,5;0,1\n",
         "load [N],speed_entrainment [m/s],slide_to_roll\n1'234.5,2.5 m/s,0.1\n",
         "load [N];speed_entrainment [m/s];slide_to_roll;;\n1234,5;−2,5;−0,1;;\n",
     ],
 )
-def test_rows_and_columns_around_the_data(tmp_path: Path, text: str) -> None:
-    """Statistics and tables below the data, dates, quotes, empty cells at the end, units behind an underscore."""
-    (tmp_path / "t.csv").write_text(text, encoding="utf-8")
-    found = read_table(tmp_path / "t.csv", CONDITIONS, tuple(CONDITIONS))
+def test_heads_and_numbers_of_other_programs(tmp_path: Path, text: str) -> None:
+    (tmp_path / "t.csv").write_bytes(text.encode("cp1252" if text.isascii() else "utf-8"))
+    found = read_table(tmp_path / "t.csv", CONDITIONS, tuple(CONDITIONS), missing="n/a" in text)
     assert [abs(found[name][0]) for name in CONDITIONS] == pytest.approx([1234.5, 2.5, 0.1])  # type: ignore[arg-type]
-    assert len(found["load"]) == 1
+    assert len(found["load"]) == (3 if "n/a" in text else 1)
 
 
 @pytest.mark.parametrize(
     "text",
     [
         "load [N];speed_entrainment [m/s];slide_to_roll\n1.500;2,5;0,1\n",  # 1.5 or 1500?
-        "load [N];speed_entrainment [m/s];slide_to_roll\n1.500;2;1\n",  # nor does another number decide it
         "load [N];speed_entrainment [m/s];slide_to_roll\n1,500;2.5;0.1\n",
         "load [N],speed_entrainment [m/s],slide_to_roll\n1,500,2.5,0.1\n",
-        "Ball Load [N],speed_entrainment [rpm],slide_to_roll\n1500,2.5,0.1\n",
         "load [N],speed_entrainment [m/s],slide_to_roll\n1500,-999,0.1\n",  # a value, or none?
         "load [N],speed_entrainment [m/s],slide_to_roll\n-999,2.5,0.1\n-999,2.5,0.2\n1,2.5,0.3\n",  # most are missing
     ],
@@ -211,12 +188,11 @@ HEADER = "pressure_hertz,radius_equivalent,speed_entrainment,slide_to_roll"
         ([HEADER, "1e9,0.01,5,wrong"], 2),
         ([HEADER, "GPa,mm,m/s,1", "1,10,5,wrong"], 3),
         (["# a rig", "", HEADER, "", "GPa,mm,m/s,1", "1,10,5,0.3", "# a note", "1,10,5,wrong"], 8),
-        # a cell with a line break
         (["#notes," + HEADER, '"two\nlines",1e9,0.01,5,0.3', "x,1e9,0.01,5,wrong"], 4),
     ],
 )
 def test_rows_are_counted_as_in_the_file(tmp_path: Path, lines: list[str], wanted: int) -> None:
-    with pytest.raises(InputError, match=rf"points\.csv, row {wanted}, slide_to_roll"):
+    with refuses(f"table.points.csv, row {wanted}, slide_to_roll"):
         plan_with(tmp_path, "\n".join(lines))
 
 
@@ -240,7 +216,6 @@ def test_bare_numbers_can_be_refused_and_columns_required(tmp_path: Path) -> Non
         (PLAN.replace('"0.4 um"', '{ low = "0.1 um", high = "0.4 um" }'), "variables.roughness_rms"),
         (PLAN.replace('file = "points.csv"', 'file = "points.csv"\nslide_to_roll = [1]'), "table.file"),
         (PLAN.replace('file = "points.csv"', "slide_to_roll = [1, 2]\npressure_hertz = [1e9]"), "table.slide_to_roll"),
-        (PLAN.replace('file = "points.csv"', "slip = [1, 2]"), "table.slip"),
         (PLAN.replace('file = "points.csv"', "slide_to_roll = []"), "table.slide_to_roll"),
     ],
 )
