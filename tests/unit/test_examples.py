@@ -8,22 +8,12 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 ANSWERS = {
-    "plot_axle": 1226.23,
-    "plot_blank": 39 / 14,
-    "plot_constant_friction": 1.29340,
-    "plot_contact_pattern": 12.2771,
-    "plot_efficiency_map": 99.2343,
-    "plot_film_and_pressure": 302.987,
-    "plot_formula": 0.0482211,
-    "plot_gear_efficiency": 99.2343,
-    "plot_misalignment": 99.2819,
-    "plot_oil_under_pressure": 11.2358,
-    "plot_paper_contact": 0.0410145,
-    "plot_paper_formula": 0.362957,
-    "plot_paper_pair": 99.3403,
-    "plot_rough_contact": 180.925,
-    "plot_stribeck_curve": 1.84344,
-}
+    "plot_axle": 1226.23, "plot_blank": 39 / 14, "plot_constant_friction": 1.29340, "plot_contact_pattern": 12.2771,
+    "plot_efficiency_map": 99.2343, "plot_film_and_pressure": 302.987, "plot_formula": 0.0482211,
+    "plot_gear_efficiency": 99.2343, "plot_misalignment": 99.2819, "plot_oil_under_pressure": 11.2358,
+    "plot_paper_contact": 0.0410145, "plot_paper_formula": 0.362957, "plot_paper_pair": 99.3403,
+    "plot_rough_contact": 180.925, "plot_stribeck_curve": 1.84344,
+}  # fmt: skip
 
 
 def test_every_example_has_a_number() -> None:

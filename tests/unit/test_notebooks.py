@@ -26,15 +26,10 @@ def test_figures_of_later_cells_are_shown_and_objects_are_tables() -> None:
     from nbclient import NotebookClient
 
     cells = [
-        "import efficiency\npair = efficiency.load('fm_spiral_bevel_14x39')\npair",
-        "mesh = pair.mesh()\nmesh",
-        "loaded = mesh.load('200 N m')\nloaded",
-        "efficiency.load('fzg_c14')",
-        "axes = pair.plot_contact()",
-        "pair.plot_contact()",
-        "result = loaded.efficiency('constant:0.05')\nresult.plot()",
-        "result.citation()",
-    ]
+        "import efficiency\npair = efficiency.load('fm_spiral_bevel_14x39')\npair", "mesh = pair.mesh()\nmesh",
+        "loaded = mesh.load('200 N m')\nloaded", "efficiency.load('fzg_c14')", "axes = pair.plot_contact()",
+        "pair.plot_contact()", "result = loaded.efficiency('constant:0.05')\nresult.plot()", "result.citation()",
+    ]  # fmt: skip
     notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(cell) for cell in cells])
     NotebookClient(notebook, timeout=300).execute()
     shown = [[output.get("data", {}) for output in cell.outputs] for cell in notebook.cells]

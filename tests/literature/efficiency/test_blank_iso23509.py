@@ -366,15 +366,9 @@ def agma(**changes: Any) -> dict[str, Any]:
         member: {"bending_geometry_factor": value} | steel for member, value in (("pinion", 0.222), ("gear", 0.217))
     }
     return {
-        "torque": 1440.0 * 0.112984829,
-        "speed": 1750.0 * pi / 30.0,
-        "life": None,
-        "accuracy_grade": 5,
-        "cantilevered": "one",
-        "edge_radius_pinion": 8e-4,
-        "edge_radius_gear": 1.2e-3,
-        "agma_2003": factors,
-    }
+        "torque": 1440.0 * 0.112984829, "speed": 1750.0 * pi / 30.0, "life": None, "accuracy_grade": 5,
+        "cantilevered": "one", "edge_radius_pinion": 8e-4, "edge_radius_gear": 1.2e-3, "agma_2003": factors,
+    }  # fmt: skip
 
 
 def rated_agma(rating: dict[str, Any], name: str = "iso23509_f2") -> AgmaRating:

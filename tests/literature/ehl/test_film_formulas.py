@@ -40,9 +40,3 @@ def test_moes_reduces_to_its_asymptotes() -> None:
     assert moes_1992(1e-3, 0.0) == pytest.approx(3.0 / 1e-3, rel=1e-3)
     assert moes_1992(1e5, 0.0) == pytest.approx(2.621 * 1e5**-0.2, rel=1e-3)
     assert moes_1992(1e8, 1e3) == pytest.approx(1.311 * 1e8**-0.125 * 1e3**0.75, rel=1e-2)
-
-
-def test_moes_takes_arrays() -> None:
-    load, lubricant = (grid.ravel() for grid in np.meshgrid(np.geomspace(1e-6, 1e6, 13), np.geomspace(0.1, 100.0, 7)))
-    one_by_one = [moes_1992(m, lu) for m, lu in zip(load.tolist(), lubricant.tolist(), strict=True)]
-    np.testing.assert_allclose(moes_1992(load, lubricant), one_by_one, rtol=1e-13)

@@ -67,17 +67,6 @@ def test_eyring_film_against_an_integrator(final: float, start: float, gain: flo
     assert stress_after(stress, final, scale, gain) == pytest.approx(exact, rel=1e-5)
 
 
-def test_march_of_an_even_eyring_film_does_not_depend_on_the_mesh() -> None:
-    oil = Lubricant(0.02, 18e-9, rheology="eyring", eyring_stress=5e6, shear_modulus=0.05e9)
-    line, x, pressure, film, viscous = even_film(oil, 2e-3)
-    fine = elastic_stress(x, pressure, film, viscous, line, oil)
-    coarse = elastic_stress(x[::40], pressure[::40], film[::40], viscous[::40], line, oil)
-    assert coarse == pytest.approx(fine[::40], rel=1e-9)
-    assert fine[0] == 0.0
-    assert fine[-1] == pytest.approx(viscous[-1], rel=1e-3)
-    assert np.all(np.diff(fine) >= 0.0)
-
-
 def test_stress_never_exceeds_the_limit_that_falls_towards_the_exit() -> None:
     limit = np.linspace(4e7, 0.0, 50)
     rising = march_stress(limit, np.full(50, 5e6), limit, np.full(50, 3e6))

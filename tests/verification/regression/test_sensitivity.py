@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from scipy import stats
 
 from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
@@ -60,15 +59,3 @@ def test_refusals() -> None:
         sobol_indices(ishigami, NAMES, size=1000)
     with pytest.raises(InputError, match="varies"):
         sobol_indices(lambda u: np.ones(len(u)), NAMES, size=64)
-
-
-def test_indices_are_those_of_scipy() -> None:
-    def output(x: np.ndarray) -> np.ndarray:
-        return np.asarray(x[:, 0] + 2.0 * x[:, 1] * x[:, 2] + np.sin(3.0 * x[:, 3]))
-
-    ours = sobol_indices(output, ("a", "b", "c", "d"))
-    theirs = stats.sobol_indices(
-        func=lambda x: output(x.T), n=4096, dists=[stats.uniform()] * 4, rng=np.random.default_rng(2)
-    )
-    np.testing.assert_allclose(ours.first, theirs.first_order, atol=0.01)
-    np.testing.assert_allclose(ours.total, theirs.total_order, atol=0.01)
