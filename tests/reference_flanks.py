@@ -72,11 +72,8 @@ def hobbed_pinion(side: Any, **changes: float) -> CutFlank:
     return CutFlank(replace(blade, **changes), machine, blank, index_start(machine, blank))
 
 
-def agma_gear(side: Any, centre: str = "pitch apex", roll: bool = True) -> CutFlank:
-    """Gear flank of AGMA 929 C by classic starting settings, blades turned for the root cone.
-
-    The machine centre lies at the pitch apex or the "root apex"; the latter is right for a Formate gear (`roll` False).
-    """
+def agma_gear(side: Any) -> CutFlank:
+    """Gear flank of AGMA 929 C by classic starting settings, blades turned for the root cone."""
     i = AGMA["inputs"]
     blank = Blank(
         teeth=int(i["z2"]), pitch_angle=np.radians(i["delta2"]), mean_cone_distance=i["Rm"] * MM,
@@ -84,19 +81,14 @@ def agma_gear(side: Any, centre: str = "pitch apex", roll: bool = True) -> CutFl
         addendum_angle=np.radians(2.1342), dedendum_angle=np.radians(i["theta_f2"]),
     )  # fmt: skip
     spiral, radius, sign = np.radians(i["beta_m2"]), i["rc0"] * MM, 1.0 if side == "concave" else -1.0
-    below, root = blank.dedendum_angle, blank.pitch_angle - blank.dedendum_angle
-    sink = blank.mean_cone_distance * np.sin(below) - blank.mean_dedendum * np.cos(below)
-    # without roll the axis of the cutter stands square to the root line from the root apex on
-    along = blank.mean_cone_distance * np.cos(below) + (0.0 if roll else sink / np.tan(root))
-    position = along - radius * np.sin(spiral), radius * np.cos(spiral)
+    below = blank.dedendum_angle
+    position = blank.mean_cone_distance * np.cos(below) - radius * np.sin(spiral), radius * np.cos(spiral)
     machine = MachineSettings(
         radial_setting=float(np.hypot(*position)),
         cradle_angle=float(np.arctan2(position[1], position[0])),
-        machine_root_angle=root,
-        roll_ratio=float(np.cos(below) / np.sin(blank.pitch_angle)) if roll else 0.0,
-        sliding_base=sink if centre == "pitch apex" else 0.0,
-        machine_centre_to_back=0.0 if centre == "pitch apex" else float(sink / np.sin(root)),
+        machine_root_angle=blank.pitch_angle - below,
+        roll_ratio=float(np.cos(below) / np.sin(blank.pitch_angle)),
+        sliding_base=blank.mean_cone_distance * np.sin(below) - blank.mean_dedendum * np.cos(below),
     )
-    machine = machine if roll else replace(machine, generation=FORMATE)
     angle = np.radians(i["alpha_cv1"]) - sign * below * np.sin(spiral)
     return CutFlank(Blade(radius + sign * 0.5 * AGMA["outputs"]["W_m2"] * MM, float(angle), side), machine, blank)

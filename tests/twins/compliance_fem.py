@@ -189,15 +189,9 @@ def nine_points(design: Design, member: Member, counts: Counts, cells: int) -> N
     material, blank = given.elastic_material(), given.blank
     clock = time.perf_counter()
     elements = ToothElements(
-        design,
-        member,
-        given.body.thickness(blank),
-        material.youngs_modulus,
-        material.poisson_ratio,
-        counts,
-        cells,
+        design, member, given.body.thickness(blank), material.youngs_modulus, material.poisson_ratio, counts, cells,
         frozenset(given.body.held),
-    )
+    )  # fmt: skip
     grid = elements.grid
     upper = grid.sides[1] == design.flanks().loaded_side(member, "drive")
     levels = [round(share * counts.rows) for share in (0.25, 0.625, 1.0)]

@@ -95,11 +95,8 @@ def test_gear_oils_whose_alpha_is_golds_have_it_as_secant(card: str, secant_80: 
     """Their published alpha at 80 degC is Gold's formula to the printed digits, which gives secants at 0.2 GPa."""
     oil = Oil.load(card)
     scale, exponent = {
-        "mineral": (9.904, 0.139),
-        "pao": (7.382, 0.1335),
-        "polyglycol": (5.489, 0.1485),
-        "ester": (6.605, 0.136),
-    }[oil.base]
+        "mineral": (9.904, 0.139), "pao": (7.382, 0.1335), "polyglycol": (5.489, 0.1485), "ester": (6.605, 0.136),
+    }[oil.base]  # fmt: skip
     assert scale * (1e6 * oil.viscosity_kinematic(353.15)) ** exponent == pytest.approx(secant_80, abs=0.051)
     assert rise(card, 0.2e9, 80.0) / 0.2 == pytest.approx(secant_80, rel=1e-3)
 

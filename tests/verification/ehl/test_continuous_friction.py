@@ -180,10 +180,6 @@ def test_dry_contact_instead_of_a_nil_film_changes_no_more_than_said(speed: floa
     assert quick.pressure_max == pytest.approx(full.pressure_max, rel=0.15 if peklenik > 100.0 else 0.35)
 
 
-def test_a_film_that_carries_load_is_not_skipped() -> None:
-    assert case(0.03, 0.1).solve().dry is None
-
-
 def test_flash_of_rubbing_follows_the_power() -> None:
     steel = Material.load("steel")
     line = case(1.0, 0.1).line_contact()

@@ -24,17 +24,11 @@ RMS = 0.4e-6
     [
         # the mean field with the mode of elasticity, three seeds: half too conductive where gaps close, twice where the
         # lay is along the flow, and a third too tight in deep contact across it
-        (3.0, 3.0, 0.85, 1.20),
-        (3.0, 2.0, 0.80, 1.20),
-        (3.0, 1.0, 0.50, 0.90),
-        (1.0, 3.0, 0.95, 1.25),
-        (1.0, 2.0, 1.00, 1.50),
-        (1.0, 1.0, 0.90, 1.50),
-        (1.0 / 3.0, 3.0, 1.00, 1.25),
-        (1.0 / 3.0, 2.0, 1.05, 1.50),
-        (1.0 / 3.0, 1.0, 1.00, 1.95),
+        (3.0, 3.0, 0.85, 1.20), (3.0, 2.0, 0.80, 1.20), (3.0, 1.0, 0.50, 0.90),
+        (1.0, 3.0, 0.95, 1.25), (1.0, 2.0, 1.00, 1.50), (1.0, 1.0, 0.90, 1.50),
+        (1.0 / 3.0, 3.0, 1.00, 1.25), (1.0 / 3.0, 2.0, 1.05, 1.50), (1.0 / 3.0, 1.0, 1.00, 1.95),
     ],
-)
+)  # fmt: skip
 def test_drainage_gives_the_flow_factor_of_a_two_dimensional_gap(
     gamma: float, gap: float, low: float, high: float
 ) -> None:

@@ -23,16 +23,13 @@ from ehl.smooth.solver import solve_steady
 PRESSURE, HALF_WIDTH, FILM_UNIT = 1e9, 2.6e-4, 1e-6
 RISING = RisingStress(stress_low=5e6, stress_slope=0.035, pressure_start=0.5e9, pressure_end=3.5e9)
 LAWS = {
-    "newtonian": ShearLaw("newtonian"),
-    "eyring": ShearLaw("eyring", 5e6),
-    "rising": ShearLaw("eyring", RISING),
-    "linear": ShearLaw("eyring", LinearStress(4e6, 0.009)),
-    "carreau": ShearLaw("carreau", 4e6, 0.45),
+    "newtonian": ShearLaw("newtonian"), "eyring": ShearLaw("eyring", 5e6), "rising": ShearLaw("eyring", RISING),
+    "linear": ShearLaw("eyring", LinearStress(4e6, 0.009)), "carreau": ShearLaw("carreau", 4e6, 0.45),
     "ambient": ShearLaw("eyring", 5e6, 1.0, 0.06, 2e6),
     "smooth eyring": ShearLaw("eyring", 5e6, 1.0, 0.08, 2e6, "smooth"),
     "smooth carreau": ShearLaw("carreau", 4e6, 0.45, 0.08, 2e6, "smooth"),
     "smooth newtonian": ShearLaw("newtonian", 5e6, 1.0, 0.08, 2e6, "smooth"),
-}
+}  # fmt: skip
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(80)
 
 

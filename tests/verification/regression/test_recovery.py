@@ -28,14 +28,11 @@ def _design() -> np.ndarray:
     unit = qmc.Sobol(6, rng=np.random.default_rng(4)).random(128)
     state = ContactState.of(
         pressure_hertz=to_range(unit[:, 0], 0.4e9, 1.6e9, "linear"),
-        radius_equivalent=to_range(unit[:, 1], 0.008, 0.04, "log"),
-        effective_modulus=226e9,
-        speed_entrainment=to_range(unit[:, 2], 1.0, 15.0, "log"),
-        slide_to_roll=to_range(unit[:, 3], 0.02, 1.2, "log"),
+        radius_equivalent=to_range(unit[:, 1], 0.008, 0.04, "log"), effective_modulus=226e9,
+        speed_entrainment=to_range(unit[:, 2], 1.0, 15.0, "log"), slide_to_roll=to_range(unit[:, 3], 0.02, 1.2, "log"),
         temperature_oil=to_range(unit[:, 4], 333.15, 393.15, "linear"),
-        roughness_rms_1=to_range(unit[:, 5], 0.1e-6, 0.6e-6, "linear"),
-        roughness_rms_2=0.1e-6,
-    )
+        roughness_rms_1=to_range(unit[:, 5], 0.1e-6, 0.6e-6, "linear"), roughness_rms_2=0.1e-6,
+    )  # fmt: skip
     return XU.design(conditions_of(state, Oil.load("fva3")))
 
 
