@@ -1,13 +1,12 @@
 """Cards of oils against the constants and figures of their sources, computed here from the printed numbers."""
 
-import csv
 import math
 import tomllib
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 from refusals import refuses
 
@@ -19,13 +18,7 @@ from ehl.fluid.oil_family import FAMILIES, OIL_FAMILIES, astm_d2270, both_viscos
 
 def rows(name: str) -> dict[str, dict[str, Any]]:
     """A table of data/reference by card."""
-    path: Path = data_path("reference", name)
-    lines = [line for line in path.read_text(encoding="utf-8").splitlines() if not line.startswith("#")]
-    words = ("card", "oil")
-    return {
-        row["card"]: {key: value if key in words else float(value) for key, value in row.items()}
-        for row in csv.DictReader(lines)
-    }
+    return pd.read_csv(data_path("reference", name), comment="#").set_index("card").to_dict("index")
 
 
 FVA, ARANA = rows("oils_fva400.csv"), rows("oils_arana.csv")

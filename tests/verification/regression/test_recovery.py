@@ -2,18 +2,13 @@
 
 import numpy as np
 import pytest
-from scipy.stats import qmc
 from small_plans import gear_plan, swept
 
-from ehl.fluid.oil import Oil
-from ehl.state import ContactState
 from regression.data.dataset import Dataset
 from regression.fitting.coefficients import linear_fit
 from regression.fitting.fit import fit_formula
-from regression.friction.conditions import conditions_of
 from regression.friction.families import XU
 from regression.friction.published import XU_COEFFICIENTS
-from regression.plan.sampling import to_range
 
 PLAN = gear_plan("recovery", {"size": 128, "seed": 2}, roughness_rms={"low": "0.2 um", "high": "0.6 um"})
 
@@ -23,17 +18,10 @@ def xu_data(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
     return swept(tmp_path_factory.mktemp("recovery"), PLAN, "xu_kahraman_2007")
 
 
-def _design() -> np.ndarray:
+@pytest.fixture(scope="module")
+def design(xu_data: Dataset) -> np.ndarray:
     """The design matrix of the Xu form over a gear's range."""
-    unit = qmc.Sobol(6, rng=np.random.default_rng(4)).random(128)
-    state = ContactState.of(
-        pressure_hertz=to_range(unit[:, 0], 0.4e9, 1.6e9, "linear"),
-        radius_equivalent=to_range(unit[:, 1], 0.008, 0.04, "log"), effective_modulus=226e9,
-        speed_entrainment=to_range(unit[:, 2], 1.0, 15.0, "log"), slide_to_roll=to_range(unit[:, 3], 0.02, 1.2, "log"),
-        temperature_oil=to_range(unit[:, 4], 333.15, 393.15, "linear"),
-        roughness_rms_1=to_range(unit[:, 5], 0.1e-6, 0.6e-6, "linear"), roughness_rms_2=0.1e-6,
-    )  # fmt: skip
-    return XU.design(conditions_of(state, Oil.load("fva3")))
+    return XU.design({name: xu_data.frame[name].to_numpy() for name in xu_data.frame})
 
 
 def test_published_coefficients_come_back_through_the_whole_pipeline(xu_data: Dataset) -> None:
@@ -46,8 +34,8 @@ def test_published_coefficients_come_back_through_the_whole_pipeline(xu_data: Da
     assert formula.fit.r2_log == pytest.approx(1.0, abs=1e-14)
 
 
-def test_standard_errors_agree_with_monte_carlo() -> None:
-    design, truth, sigma = _design(), np.array(XU_COEFFICIENTS), 0.1
+def test_standard_errors_agree_with_monte_carlo(design: np.ndarray) -> None:
+    truth, sigma = np.array(XU_COEFFICIENTS), 0.1
     random = np.random.default_rng(11)
     exact = design @ truth
     runs = [linear_fit(XU.terms, design, exact + sigma * random.standard_normal(exact.size)) for _ in range(600)]
@@ -62,8 +50,7 @@ def test_standard_errors_agree_with_monte_carlo() -> None:
     np.testing.assert_array_less(np.abs(values.mean(axis=0) - truth), 4.0 * scatter / np.sqrt(600))
 
 
-def test_variance_inflation_against_its_definition() -> None:
-    design = _design()
+def test_variance_inflation_against_its_definition(design: np.ndarray) -> None:
     fitted = linear_fit(XU.terms, design, design @ np.array(XU_COEFFICIENTS))
     for index, term in enumerate(XU.terms[1:], start=1):
         others = np.delete(design, index, axis=1)
