@@ -56,18 +56,10 @@ def gear_state(**changes: Any) -> ContactState:
 
 
 def thermal_traction(
-    x: np.ndarray,
-    pressure: np.ndarray,
-    film: np.ndarray,
-    contact: LineContact,
-    lubricant: Lubricant,
-    bodies: tuple[Material, Material],
-    *,
-    temperature_bulk: tuple[float, float] | None = None,
-    matrices: Matrices | None = None,
-    rolling_heat: np.ndarray | None = None,
-    **options: Any,
-) -> ThermalTraction:
+    x: np.ndarray, pressure: np.ndarray, film: np.ndarray, contact: LineContact, lubricant: Lubricant,
+    bodies: tuple[Material, Material], *, temperature_bulk: tuple[float, float] | None = None,
+    matrices: Matrices | None = None, rolling_heat: np.ndarray | None = None, **options: Any,
+) -> ThermalTraction:  # fmt: skip
     """Friction and temperatures at given pressure and film; by default both bodies have the inlet temperature."""
     bulk = temperature_bulk or (lubricant.temperature, lubricant.temperature)
     conduction = matrices or surface_matrices(x, contact, bodies)

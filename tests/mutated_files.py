@@ -16,9 +16,8 @@ import zipfile
 from collections import Counter
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import openpyxl
@@ -128,15 +127,10 @@ def _formula(path: Path) -> None:
 
 def _blank(path: Path) -> None:
     pair = pair_blank(validate(PairBlankInput, read_toml(path)))
-
-    def numbers(value: Any, name: str) -> None:
-        if isinstance(value, dict):
-            for key, inner in value.items():
-                numbers(inner, f"{name}.{key}")
-        elif isinstance(value, float):
-            finite(value, name)
-
-    numbers(pair.to_dict(), "blank")
+    try:
+        json.dumps(asdict(pair), allow_nan=False, default=str)
+    except ValueError as error:
+        raise Impossible(f"blank: {error}") from None
 
 
 def _formula_checksum(content: bytes) -> bytes:

@@ -42,14 +42,10 @@ def hobbed_gear(side: Any) -> CutFlank:
     nu, rc, mean = offset_angle(), HEAD["cutter_radius"] * MM, blank.mean_cone_distance
     horizontal, vertical = mean - rc * np.sin(spiral - nu), rc * np.cos(spiral - nu)
     machine = MachineSettings(
-        radial_setting=float(np.hypot(horizontal, vertical)),
-        cradle_angle=float(np.arctan2(vertical, horizontal)),
-        machine_root_angle=blank.pitch_angle,
-        roll_ratio=0.0,
-        sliding_base=-blank.mean_dedendum,
-        machine_centre_to_back=blank.pitch_apex_beyond_crossing,
-        generation=FORMATE,
-    )
+        radial_setting=float(np.hypot(horizontal, vertical)), cradle_angle=float(np.arctan2(vertical, horizontal)),
+        machine_root_angle=blank.pitch_angle, roll_ratio=0.0, sliding_base=-blank.mean_dedendum,
+        machine_centre_to_back=blank.pitch_apex_beyond_crossing, generation=FORMATE,
+    )  # fmt: skip
     # half the slot to either side of the mean point
     tooth = HOBBED["printed"]["smn2"] * MM / (mean * np.sin(blank.pitch_angle) * np.cos(spiral))
     ahead = (0.5 if side == "concave" else -0.5) * (2.0 * np.pi / blank.teeth - tooth) * blank.teeth
@@ -68,48 +64,31 @@ def hobbed_pinion(side: Any, **changes: float) -> CutFlank:
     )
     given, blank = PINION[side], hobbed_blank(PINION["blank"])
     blade = Blade(
-        HEAD["cutter_radius"] * MM,
-        np.radians(given["blade_angle"]),
-        side,
+        HEAD["cutter_radius"] * MM, np.radians(given["blade_angle"]), side,
         curvature=(1.0 / given["curvature_radius"] if "curvature_radius" in given else given["curvature"]) / MM,
-        reference_height=blank.mean_dedendum,
-        radius_offset=given["radius_offset"] * MM,
-        groups=HEAD["blade_groups"],
+        reference_height=blank.mean_dedendum, radius_offset=given["radius_offset"] * MM, groups=HEAD["blade_groups"],
         offset_angle=-offset_angle(),
-    )
+    )  # fmt: skip
     return CutFlank(replace(blade, **changes), machine, blank, index_start(machine, blank))
 
 
-def agma_gear(side: Any, centre: str = "pitch apex", roll: bool = True) -> CutFlank:
-    """Gear flank of AGMA 929 C by classic starting settings, blades turned for the root cone.
-
-    The machine centre lies at the pitch apex or the "root apex"; the latter is right for a Formate gear (`roll` False).
-    """
+def agma_gear(side: Any) -> CutFlank:
+    """Gear flank of AGMA 929 C by classic starting settings, blades turned for the root cone."""
     i = AGMA["inputs"]
     blank = Blank(
-        teeth=int(i["z2"]),
-        pitch_angle=np.radians(i["delta2"]),
-        mean_cone_distance=i["Rm"] * MM,
-        face_width=i["b2"] * MM,
-        mean_addendum=i["ham2"] * MM,
-        mean_dedendum=i["hfm2"] * MM,
-        addendum_angle=np.radians(2.1342),
-        dedendum_angle=np.radians(i["theta_f2"]),
-    )
+        teeth=int(i["z2"]), pitch_angle=np.radians(i["delta2"]), mean_cone_distance=i["Rm"] * MM,
+        face_width=i["b2"] * MM, mean_addendum=i["ham2"] * MM, mean_dedendum=i["hfm2"] * MM,
+        addendum_angle=np.radians(2.1342), dedendum_angle=np.radians(i["theta_f2"]),
+    )  # fmt: skip
     spiral, radius, sign = np.radians(i["beta_m2"]), i["rc0"] * MM, 1.0 if side == "concave" else -1.0
-    below, root = blank.dedendum_angle, blank.pitch_angle - blank.dedendum_angle
-    sink = blank.mean_cone_distance * np.sin(below) - blank.mean_dedendum * np.cos(below)
-    # without roll the axis of the cutter stands square to the root line from the root apex on
-    along = blank.mean_cone_distance * np.cos(below) + (0.0 if roll else sink / np.tan(root))
-    position = along - radius * np.sin(spiral), radius * np.cos(spiral)
+    below = blank.dedendum_angle
+    position = blank.mean_cone_distance * np.cos(below) - radius * np.sin(spiral), radius * np.cos(spiral)
     machine = MachineSettings(
         radial_setting=float(np.hypot(*position)),
         cradle_angle=float(np.arctan2(position[1], position[0])),
-        machine_root_angle=root,
-        roll_ratio=float(np.cos(below) / np.sin(blank.pitch_angle)) if roll else 0.0,
-        sliding_base=sink if centre == "pitch apex" else 0.0,
-        machine_centre_to_back=0.0 if centre == "pitch apex" else float(sink / np.sin(root)),
+        machine_root_angle=blank.pitch_angle - below,
+        roll_ratio=float(np.cos(below) / np.sin(blank.pitch_angle)),
+        sliding_base=blank.mean_cone_distance * np.sin(below) - blank.mean_dedendum * np.cos(below),
     )
-    machine = machine if roll else replace(machine, generation=FORMATE)
     angle = np.radians(i["alpha_cv1"]) - sign * below * np.sin(spiral)
     return CutFlank(Blade(radius + sign * 0.5 * AGMA["outputs"]["W_m2"] * MM, float(angle), side), machine, blank)

@@ -24,15 +24,9 @@ BEVEL = load_design("fm_spiral_bevel_14x39")
 OPERATION = Operation(125.0, 363.15, 0.4e-6, 0.4e-6)
 
 GEAR_BLANK = Blank(
-    teeth=39,
-    pitch_angle=np.radians(70.2532),
-    mean_cone_distance=0.081273,
-    face_width=0.0254,
-    mean_addendum=0.001591,
-    mean_dedendum=0.005639,
-    addendum_angle=np.radians(2.1342),
-    dedendum_angle=np.radians(6.4934),
-)
+    teeth=39, pitch_angle=np.radians(70.2532), mean_cone_distance=0.081273, face_width=0.0254, mean_addendum=0.001591,
+    mean_dedendum=0.005639, addendum_angle=np.radians(2.1342), dedendum_angle=np.radians(6.4934),
+)  # fmt: skip
 
 # a contact of a gear and an oil by numbers, as tables of an input file
 CONTACT = {"radius_equivalent": 0.015, "pressure_hertz": 1e9, "speed_entrainment": 5.0, "slide_to_roll": 0.3}

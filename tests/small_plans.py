@@ -35,16 +35,13 @@ def sweep_plan(name: str, **model: Any) -> dict[str, Any]:
         "name": name,
         "sampling": {"size": 16},
         "variables": {
-            "pressure_hertz": {"low": "0.4 GPa", "high": "1.6 GPa"},
-            "radius_equivalent": "10 mm",
-            "speed_entrainment": "5 m/s",
-            "slide_to_roll": {"low": 0.02, "high": 1.0},
-            "temperature_oil": "80 degC",
+            "pressure_hertz": {"low": "0.4 GPa", "high": "1.6 GPa"}, "radius_equivalent": "10 mm",
+            "speed_entrainment": "5 m/s", "slide_to_roll": {"low": 0.02, "high": 1.0}, "temperature_oil": "80 degC",
             "roughness_rms": "0.4 um",
         },
         "lubricant": {"oil": "fva3"},
         "model": model,
-    }
+    }  # fmt: skip
 
 
 def swept(folder: Path, content: dict[str, Any], formula: str = "arana_2019") -> Dataset:

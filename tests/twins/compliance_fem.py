@@ -16,8 +16,10 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 from numpy.typing import NDArray
-from scipy.sparse import bmat, coo_matrix, kron
-from skfem import Basis, BilinearForm, ElementHex2, MeshHex
+from scipy.sparse import coo_matrix, diags_array, kron
+from scipy.sparse.linalg import cg
+from skfem import Basis, ElementHex2, ElementVector, MeshHex
+from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from efficiency.contact.gear_flanks import Member
 from efficiency.contact.tooth_grid import ToothGrid, tooth_grid
@@ -39,10 +41,6 @@ class Counts:
     rows: int = 6
     body: int = 4
     along: int = 10
-
-    def finer(self, factor: float) -> Counts:
-        """All counts times a factor."""
-        return Counts(*(max(2, round(factor * n)) for n in (self.tooth, self.slot, self.rows, self.body, self.along)))
 
 
 class ToothElements:
@@ -76,7 +74,7 @@ class ToothElements:
         points = grid.point(azimuth[level, column, station], grid.u[0, station], height[level, station])
         mesh = MeshHex(np.ascontiguousarray(points.T), index.t)
         self.basis = Basis(mesh, ElementHex2(), intorder=4)
-        stiffness = _elasticity(self.basis, youngs_modulus, poisson_ratio)
+        stiffness = elasticity(self.basis, youngs_modulus, poisson_ratio)
         # places of all nodes of the elements, twice the index of a corner
         places = (2.0 * Basis(index, ElementHex2(), intorder=1).doflocs).round().astype(np.int64)
         body = places[1] <= 2 * counts.body
@@ -114,7 +112,11 @@ class ToothElements:
         corner = self.basis.nodal_dofs[0]
         force = np.zeros((3, self.basis.N, loaded.size))
         force[:, corner[loaded], np.arange(loaded.size)] = -normals.T
-        solution = conjugate_gradients(self.stiffness, self.expand.T @ force.reshape(-1, loaded.size))
+        jacobi = diags_array(1.0 / self.stiffness.diagonal())
+        forces = (self.expand.T @ force.reshape(-1, loaded.size)).T
+        found = [cg(self.stiffness, each, rtol=1e-7, M=jacobi) for each in forces]
+        assert not any(failed for _, failed in found)
+        solution = np.stack([each for each, _ in found], axis=1)
         return np.asarray(self.expand @ solution).reshape(3, self.basis.N, -1)
 
     def at(self, deflection: FloatArray, nodes: IntArray, normals: FloatArray) -> FloatArray:
@@ -122,25 +124,12 @@ class ToothElements:
         return np.asarray(-np.einsum("knl,nk->nl", deflection[:, self.basis.nodal_dofs[0][nodes]], normals))
 
 
-def _elasticity(basis: Basis, youngs_modulus: float, poisson_ratio: float) -> Any:
-    """Stiffness of all components of all nodes, component by component, from products of scalar gradients."""
-    products = {}
-    for i in range(3):
-        for j in range(i, 3):
-            form = BilinearForm(lambda u, v, _, i=i, j=j: v.grad[i] * u.grad[j])
-            products[i, j] = form.assemble(basis)
-            products[j, i] = products[i, j].T
-    lame = youngs_modulus * poisson_ratio / ((1.0 + poisson_ratio) * (1.0 - 2.0 * poisson_ratio))
-    shear = youngs_modulus / (2.0 * (1.0 + poisson_ratio))
-    laplace = products[0, 0] + products[1, 1] + products[2, 2]
-    blocks = [
-        [
-            lame * products[i, j] + shear * products[j, i] + (shear * laplace if i == j else 0.0 * laplace)
-            for j in range(3)
-        ]
-        for i in range(3)
-    ]
-    return bmat(blocks, format="csr")
+def elasticity(basis: Basis, youngs_modulus: float, poisson_ratio: float) -> Any:
+    """Stiffness of all components of all nodes, component by component."""
+    both = Basis(basis.mesh, ElementVector(basis.elem), quadrature=basis.quadrature)
+    stiffness = linear_elasticity(*lame_parameters(youngs_modulus, poisson_ratio)).assemble(both)
+    order = np.arange(3 * basis.N).reshape(-1, 3).T.ravel()
+    return stiffness[order][:, order]
 
 
 def _closing(places: IntArray, first: BoolArray, last: BoolArray, angle: float) -> Any:
@@ -156,25 +145,6 @@ def _closing(places: IntArray, first: BoolArray, last: BoolArray, angle: float) 
     pairs = coo_matrix((np.ones(int(last.sum())), (in_order(last), in_order(first))), shape=(size, size))
     keep = coo_matrix((np.ones(size - int(last.sum())), (np.flatnonzero(~last),) * 2), shape=(size, size))
     return (kron(np.eye(3), keep) + kron(turn, pairs)).tocsc()
-
-
-def conjugate_gradients(matrix: Any, right: FloatArray, tolerance: float = 1e-7, limit: int = 20000) -> FloatArray:
-    """Solutions (n, m) of a positive definite system for several right-hand sides at once, scaled by the diagonal."""
-    scale = 1.0 / np.sqrt(matrix.diagonal())
-    residual = scale[:, None] * right
-    solution, direction = np.zeros_like(residual), residual.copy()
-    size = np.sum(residual**2, axis=0)
-    goal = tolerance**2 * size
-    for _ in range(limit):
-        pushed = scale[:, None] * (matrix @ (scale[:, None] * direction))
-        step = size / np.sum(direction * pushed, axis=0)
-        solution += step * direction
-        residual -= step * pushed
-        size, before = np.sum(residual**2, axis=0), size
-        if np.all(size < goal):
-            return scale[:, None] * solution
-        direction = residual + size / before * direction
-    raise RuntimeError("conjugate gradients did not converge")
 
 
 def _section(grid: ToothGrid, counts: Counts, cells: int, rim: float) -> tuple[FloatArray, FloatArray]:
@@ -219,15 +189,9 @@ def nine_points(design: Design, member: Member, counts: Counts, cells: int) -> N
     material, blank = given.elastic_material(), given.blank
     clock = time.perf_counter()
     elements = ToothElements(
-        design,
-        member,
-        given.body.thickness(blank),
-        material.youngs_modulus,
-        material.poisson_ratio,
-        counts,
-        cells,
+        design, member, given.body.thickness(blank), material.youngs_modulus, material.poisson_ratio, counts, cells,
         frozenset(given.body.held),
-    )
+    )  # fmt: skip
     grid = elements.grid
     upper = grid.sides[1] == design.flanks().loaded_side(member, "drive")
     levels = [round(share * counts.rows) for share in (0.25, 0.625, 1.0)]

@@ -1,8 +1,8 @@
 """Local approach of a body next to a free side face against plane-strain finite elements (scikit-fem).
 
-As a script it prints, over the distance c of a Hertz load from the side face, the increase of the approach of the load
-to the point at the depth h below: by `free_edge_compliance`, by finite elements of a quarter-plane, and of the end of a
-strip of thickness 2 h, which represents the tip, toe and heel of a tooth. Unit: load per length over Young's modulus.
+The increase of the approach of the load to the point at the depth h below, over the distance c of a Hertz load from the
+side face: finite elements of a quarter-plane, and of the end of a strip of thickness 2 h, which represents the tip, toe
+and heel of a tooth. Unit: load per length over Young's modulus.
 """
 
 from itertools import pairwise
@@ -12,9 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 from skfem import Basis, BilinearForm, ElementQuad2, ElementVector, FacetBasis, LinearForm, MeshQuad, condense, solve
 from skfem.helpers import ddot, sym_grad, trace
-
-from efficiency.ltca.edge_contact import free_edge_compliance
-from efficiency.ltca.load_distribution import weber_local
 
 FloatArray = NDArray[np.float64]
 Body = Literal["quarter-plane", "strip"]
@@ -70,24 +67,3 @@ def approach(body: Body, distance: float, depth: float, half_width: float, poiss
     places = np.array([[distance, distance], [0.0, depth]])
     top, under = np.asarray(basis.probes(places) @ moved).reshape(2, 2)[1]
     return float(top - under)
-
-
-def main() -> None:
-    """Table over the distance from the side face, with the half-width a fifth of the distance or of the depth."""
-    print(" nu   c/h   added by: formula   quarter-plane   strip   whole approach, formula over strip [%]")
-    for nu in (0.25, 0.3, 0.35):
-        far = approach("strip", 4.0, 1.0, 0.2, nu) - float(weber_local(1.0, 0.2, 1.0, 1.0, nu))
-        for c in (0.03, 0.06, 0.12, 0.25, 0.5, 1.0, 2.0):
-            b = 0.2 * min(c, 1.0)
-            plain = float(weber_local(1.0, b, 1.0, 1.0, nu))
-            added = float(free_edge_compliance(c, 1.0, 1.0, nu))
-            quarter, strip = (approach(body, c, 1.0, b, nu) for body in ("quarter-plane", "strip"))
-            print(
-                f"{nu:.2f} {c:5.2f} {added:18.3f} {quarter - plain:15.3f} {strip - plain - far:7.3f}"
-                f" {100.0 * ((plain + added) / strip - 1.0):16.1f}"
-            )
-        print(f"     strip far from its end, beyond the half-plane: {far:.3f}")
-
-
-if __name__ == "__main__":
-    main()

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import block_diag, coo_matrix, diags_array, kron, lil_matrix
-from scipy.sparse.linalg import splu
+from scipy.sparse import block_diag, coo_matrix, kron, lil_matrix
+from scipy.sparse.linalg import LinearOperator, cg, splu
 from skfem import Basis, ElementHex2, MeshHex, MeshHex2
-from twins.compliance_fem import _elasticity
+from twins.compliance_fem import elasticity
 
 import efficiency
 from efficiency.contact.gear_flanks import GearFlanks, Member
@@ -245,7 +245,7 @@ class RootElements:
         free = ~fixed
         free[last] = False
         self.expand = whole.tocsc()[:, np.tile(free, 3 * TEETH)].tocsr()
-        one = _elasticity(self.basis, self.modulus, self.poisson)
+        one = elasticity(self.basis, self.modulus, self.poisson)
         self.stiffness = (self.expand.T @ block_diag([one] * TEETH, format="csr") @ self.expand).tocsr()
         # trilinear functions of the corners of the same elements, for the preconditioner
         corner = self.basis.nodal_dofs[0]
@@ -266,29 +266,16 @@ class RootElements:
 
     def solve(self, forces: FloatArray) -> FloatArray:
         """Displacements (9 nodes, k) under forces (9 nodes, k): conjugate gradients, two-level preconditioner."""
-        scale = 1.0 / np.sqrt(self.stiffness.diagonal())
-        matrix = diags_array(scale) @ self.stiffness @ diags_array(scale)
-        down = diags_array(1.0 / scale) @ self.linear
-        coarse = splu((down.T @ matrix @ down).tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
-
-        def precondition(right: FloatArray) -> FloatArray:
-            return np.asarray(right + down @ coarse.solve(down.T @ right))
-
-        residual = scale[:, None] * (self.expand.T @ forces)
-        goal = 1e-7 * np.linalg.norm(residual, axis=0)
-        found, near = np.zeros_like(residual), precondition(residual)
-        direction, size = near, np.sum(residual * near, axis=0)
-        for _ in range(4000):
-            pushed = matrix @ direction
-            share = size / np.sum(direction * pushed, axis=0)
-            found += share * direction
-            residual -= share * pushed
-            if np.all(np.linalg.norm(residual, axis=0) < goal):
-                return np.asarray(self.expand @ (scale[:, None] * found))
-            near = precondition(residual)
-            size, before = np.sum(residual * near, axis=0), size
-            direction = near + size / before * direction
-        raise RuntimeError("conjugate gradients did not converge")
+        inverse, linear = 1.0 / self.stiffness.diagonal(), self.linear
+        coarse = splu(
+            (linear.T @ self.stiffness @ linear).tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}
+        )
+        levels = LinearOperator(
+            self.stiffness.shape, lambda right: inverse * right + linear @ coarse.solve(linear.T @ right)
+        )
+        found = [cg(self.stiffness, right, rtol=1e-7, M=levels) for right in (self.expand.T @ forces).T]
+        assert not any(failed for _, failed in found)
+        return np.asarray(self.expand @ np.stack([moved for moved, _ in found], axis=1))
 
     def spread(self, face: FloatArray, height: FloatArray, force: FloatArray, upper: bool) -> FloatArray:
         """Nodal forces (3, nodes) of forces against the flank, from toe and over the root cone."""
@@ -390,12 +377,8 @@ def _forces(
 
 
 DESIGNS = (
-    "fm_spiral_bevel_14x39",
-    "fm_hypoid_13x42",
-    "fh_hypoid_9x34",
-    "fh_hypoid_9x34_offset_10",
-    "fh_spiral_bevel_12x37",
-)
+    "fm_spiral_bevel_14x39", "fm_hypoid_13x42", "fh_hypoid_9x34", "fh_hypoid_9x34_offset_10", "fh_spiral_bevel_12x37",
+)  # fmt: skip
 
 
 def main() -> None:

@@ -1,11 +1,13 @@
 """Rough contacts of the tests of the transient engine, and runs of one of them on several meshes."""
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+from contacts import hot_oil, line_contact
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 
 from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
@@ -13,7 +15,6 @@ from ehl.material import Material
 from ehl.rough import RoughSurfaces
 from ehl.rough._kernels.march import MU_FLUID, SHARE
 from ehl.rough.accuracy import mesh_length
-from ehl.rough.averaging import Window
 from ehl.rough.run import TransientRun
 from ehl.rough.scaling import Settings, build_problem
 from ehl.surface.roughness import generate_profile
@@ -21,8 +22,6 @@ from ehl.surface.roughness import generate_profile
 Array = NDArray[np.float64]
 
 STEEL = Material.load("steel")
-MODULUS = 228e9
-RADIUS = 0.015
 BOUNDARY_FRICTION = 0.1
 
 
@@ -37,49 +36,25 @@ class Scene:
     peklenik_number: float = math.inf
     thermal: bool = False
 
-    @property
-    def film_ratio(self) -> float:
-        """lambda by Moes's formula."""
-        return self.contact.film_moes(self.lubricant) / self.surfaces.rms if self.surfaces.rms else math.inf
-
-    def run(self, nodes_per_half_width: float, start_travel: float = 0.0) -> TransientRun:
-        """A run that has not moved yet."""
-        problem = build_problem(
-            self.contact,
-            self.lubricant,
-            self.surfaces,
-            (STEEL, STEEL),
-            Settings(
-                nodes=round(nodes_per_half_width * self._length()),
-                boundary_film=self.boundary_film,
-                boundary_friction=BOUNDARY_FRICTION,
-                peklenik_number=self.peklenik_number,
-                thermal=self.thermal,
-                hardness=8e9,
-                start_travel=start_travel,
-            ),
-        )
-        return TransientRun(problem)
+    def run(self, nodes_per_half_width: float, **changes: Any) -> TransientRun:
+        """A run that has not moved yet, with other settings."""
+        surface = self.boundary_film, BOUNDARY_FRICTION, self.peklenik_number
+        settings = Settings(round(nodes_per_half_width * self._length()), *surface, self.thermal, hardness=8e9)
+        given = self.contact, self.lubricant, self.surfaces, (STEEL, STEEL), replace(settings, **changes)
+        return TransientRun(build_problem(*given))
 
     def _length(self) -> float:
         return mesh_length(self.contact, self.contact.film_moes(self.lubricant))
 
 
-def line(speed: float, slide_to_roll: float = 0.5, pressure: float = 1e9, radius: float = RADIUS) -> LineContact:
+def line(speed: float, slide_to_roll: float = 0.5, pressure: float = 1e9) -> LineContact:
     """The test line of the validation."""
-    return LineContact.from_pressure(
-        radius_equivalent=radius,
-        effective_modulus=MODULUS,
-        pressure_hertz=pressure,
-        speed_entrainment=speed,
-        slide_to_roll=slide_to_roll,
-    )
+    return line_contact(speed_entrainment=speed, slide_to_roll=slide_to_roll, pressure_hertz=pressure)
 
 
 def eyring_oil(viscosity: float = 0.015, alpha: float = 15e-9, **changes: object) -> Lubricant:
     """Roelands oil with tau0 = 5 MPa at 100 degC."""
-    values = {"rheology": "eyring", "eyring_stress": 5e6, "temperature": 373.15, "temperature_viscosity": 0.04}
-    return Lubricant(viscosity, alpha, **(values | changes))  # type: ignore[arg-type]
+    return hot_oil(viscosity_inlet=viscosity, pressure_viscosity=alpha, **changes)
 
 
 def gaussian_pair(
@@ -95,29 +70,8 @@ def gaussian_pair(
 
 def speed_of_film_ratio(ratio: float, rms: float, lubricant: Lubricant, **contact: float) -> float:
     """Entrainment speed at which the film estimate is ``ratio`` times the roughness [m/s]."""
-    low, high = 1e-8, 1e4
-    for _ in range(80):
-        middle = math.sqrt(low * high)
-        if line(middle, **contact).film_moes(lubricant) < ratio * rms:
-            low = middle
-        else:
-            high = middle
-    return math.sqrt(low * high)
-
-
-def family(scene: Scene, meshes: Sequence[float], startup: float, window: float, settling: float = 0.5) -> list[Window]:
-    """The same travel of the same surfaces on several meshes (nodes per b), all started from the first one's state."""
-    first = Window(scene.run(meshes[0]))
-    first.start(startup)
-    windows = [first]
-    for mesh in meshes[1:]:
-        finer = Window(scene.run(mesh, start_travel=first.run.travel))
-        finer.run.start_from(first.run)
-        windows.append(finer)
-    for member in windows:
-        member.start(settling)
-        member.roll(window)
-    return windows
+    films = lambda log: line(math.exp(log), **contact).film_moes(lubricant) / rms - ratio  # noqa: E731
+    return math.exp(brentq(films, math.log(1e-8), math.log(1e4), xtol=1e-13))
 
 
 def friction(records: Array) -> Array:

@@ -11,7 +11,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 from scipy.linalg import toeplitz
-from twins.rough_scenes import MODULUS, RADIUS, Scene, eyring_oil, line
+from twins.rough_scenes import Scene, eyring_oil, line
 
 from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
@@ -122,10 +122,11 @@ def linear_attenuation(
 
 def contact_of(load: float, material: float) -> LineContact:
     """The contact in pure rolling with Moes's groups M = W (2U)^-0.5 and L = alpha E' (2U)^0.25."""
-    twice_speed = (material / (ALPHA * MODULUS)) ** 4
+    modulus, radius = line(1.0).effective_modulus, line(1.0).radius_equivalent
+    twice_speed = (material / (ALPHA * modulus)) ** 4
     per_length = load * math.sqrt(twice_speed)  # W
-    speed = 0.5 * twice_speed * MODULUS * RADIUS / VISCOSITY
-    return line(speed, 0.0, MODULUS * math.sqrt(per_length / (2.0 * math.pi)))
+    speed = 0.5 * twice_speed * modulus * radius / VISCOSITY
+    return line(speed, 0.0, modulus * math.sqrt(per_length / (2.0 * math.pi)))
 
 
 def main() -> None:

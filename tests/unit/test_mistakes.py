@@ -151,11 +151,10 @@ TRACTION, SETUP_FILE = (str(ROOT / "docs/examples" / name) for name in ("synthet
 # right options of a command, and (option, what the user wrote)
 OPTIONS: dict[str, tuple[tuple[Any, ...], dict[str, str], list[tuple[str, str]]]] = {
     "mu": (("mu", "75w90"), POINT, [
-        ("--pressure", "1.2 MN"), ("--pressure", "12 Pa"), ("--radius", "15"), ("--radius", "-15 mm"),
-        ("--speed", "5 rpm"), ("--speed", "0 m/s"), ("--slide-to-roll", "20 m"), ("--slide-to-roll", "nan"),
-        ("--temperature", "90"), ("--temperature", "900 degC"), ("--roughness-rms", "0.4 mm"), ("--lengthwise", "5 m"),
-        ("--roughness-rms", "rough"), ("--finish", "grinded"), ("--oil", "fva33"), ("--correlation-length", "5 km"),
-        ("--peklenik-number", "0"), ("--boundary-friction", "2"), ("--hull", "none.h5"),
+        ("--pressure", "1.2 MN"), ("--radius", "15"), ("--speed", "5 rpm"), ("--slide-to-roll", "20 m"),
+        ("--temperature", "90"), ("--roughness-rms", "0.4 mm"), ("--lengthwise", "5 m"), ("--finish", "grinded"),
+        ("--oil", "fva33"), ("--correlation-length", "5 km"), ("--peklenik-number", "0"), ("--boundary-friction", "2"),
+        ("--hull", "none.h5"),
     ]),
     "gear": (("gear", PAIR), {}, [
         ("--torque", "300"), ("--torque", "300 rpm"), ("--torque", "nan N m"), ("--speed", "1500"),
@@ -169,11 +168,10 @@ OPTIONS: dict[str, tuple[tuple[Any, ...], dict[str, str], list[tuple[str, str]]]
         ("--torque", "100 N m"), ("--units", "cubits"),
     ]),
     "map": (("map", PAIR), {}, [
-        ("--torque", "1:2 N m"), ("--torque", "1, x N m"), ("--speed", "1,5 rpm"),
+        ("--torque", "1:2 N m"), ("--speed", "1,5 rpm"),
     ]),
     "oil": (("oil",), {"--base": "pao", "--nu40": "97.5 cSt", "--nu100": "13.3 cSt"}, [
-        ("--base", "poa"), ("--base", "synthetic"), ("--nu40", "97 mPa s"), ("--nu40", "-97 cSt"),
-        ("--nu100", "130 cSt"), ("--nu100", "0.1 cSt"), ("--density", "0.88 kg/m^3"), ("--density", "9 m"),
+        ("--base", "poa"), ("--nu40", "97 mPa s"), ("--nu100", "130 cSt"), ("--density", "0.88 kg/m^3"),
         ("--plot", "x.xls"),
     ]),
     "new contact": (("new", "contact"), {}, [
@@ -187,35 +185,27 @@ OPTIONS: dict[str, tuple[tuple[Any, ...], dict[str, str], list[tuple[str, str]]]
         ("duty --torque", "300"), ("duty --speed", "0 rpm"),
     ]),
     "compare": (("compare", PAIR), {}, [
-        ("--torque", "300"), ("--speed", "1 mm"), ("--friction", "xu_kahraman_2006"), ("--side", "both"),
-        ("--oil", "oil"), ("--temperature", "90"), ("--report", "x.pdf"), ("--driver", "geer"),
+        ("--friction", "xu_kahraman_2006"), ("--side", "both"), ("--report", "x.pdf"),
     ]),
     "loss-map": (("loss-map", PAIR), {"--torque": "100, 200 N m", "--speed": "500 rpm"}, [
-        ("--torque", "100"), ("--speed", "500 N m"), ("--friction", "constant:-1"), ("--temperature", "hot"),
-        ("--drag", "2"), ("--model", "x.csv"), ("--load-share", "150 %"), ("--torque", "-1:1 N m"),
-        ("--speed", "0:100:3 rpm"), ("--load-share", "60 %"), ("--axle-losses", "none.csv"),
-        ("--load-balance", "friction"), ("--xlsx", "x.csv"),
+        ("--torque", "100"), ("--speed", "500 N m"), ("--drag", "2"), ("--model", "x.csv"), ("--load-share", "150 %"),
+        ("--axle-losses", "none.csv"), ("--xlsx", "x.csv"), ("--torque", "-1:1 N m"), ("--load-share", "60 %"),
     ]),
     "axle": (("axle", "truck_hypoid"), {}, [
-        ("--torque", "100"), ("--speed", "500 N m"), ("--temperature", "balanced"), ("--friction", "75w9"),
-        ("--bearings", "skv"), ("--seals", "lip"), ("--churning", "iso"), ("--duty", "no.csv"), ("--test", "triple"),
-        ("--model", "x.csv"), ("--model", "x.vtlm"),
+        ("--temperature", "balanced"), ("--bearings", "skv"), ("--seals", "lip"), ("--churning", "iso"),
+        ("--duty", "no.csv"), ("--test", "triple"), ("--model", "x.csv"), ("--model", "x.vtlm"),
     ]),
     "misalignment": (("misalignment", PAIR), {"--E": "0, 0.1 mm"}, [
         ("--E", "0.1"), ("--P", "1 deg"), ("--shaft-angle-error", "1 mm"), ("--side", "up"), ("--G", "0.1"),
-        ("--torque", "300"), ("--friction", "75w91"), ("--speed", "10"), ("--E", "0, 5 mm"), ("--E", "-0.1:0.1:1 mm"),
-        ("--marking", "6"),
+        ("--marking", "6"), ("--E", "0, 5 mm"),
     ]),
     "axle-test": (("axle-test", PAIR), {}, [
         ("--application", "singel"), ("--torque-max", "2500"), ("--torque-max", "100 N m"),
-        ("--revolutions-per-mile", "1"), ("--revolutions-per-mile", "-650"), ("--friction", "constant:2"),
-        ("--temperature", "80"), ("--axle-losses", "none.csv"), ("--drag", "2"), ("--load-share", "2"),
-        ("--load-balance", "friction"), ("--xlsx", "x.csv"),
+        ("--revolutions-per-mile", "1"),
     ]),
     "export": (("export", PAIR), {"--output": "out"}, [
-        ("--what", "tooths"), ("--member", "pinon"), ("--rows", "2"), ("--columns", "1"), ("--columns", "1e3"),
-        ("--margin", "0.6"), ("--rim", "6"), ("--rim", "-6 mm"), ("--bore", "-1 mm"), ("--bore", "10 m"),
-        ("--units", "si"),
+        ("--what", "tooths"), ("--member", "pinon"), ("--rows", "2"), ("--columns", "1"), ("--margin", "0.6"),
+        ("--rim", "6"), ("--bore", "-1 mm"), ("--bore", "10 m"), ("--units", "si"),
     ]),
     "export formula": (("export", "75w90"), {"--output": "mu.py"}, [
         ("--language", "pyton"), ("--rows", "3"), ("--units", "inch"), ("--oil", "75w91"),
@@ -229,9 +219,8 @@ OPTIONS: dict[str, tuple[tuple[Any, ...], dict[str, str], list[tuple[str, str]]]
         ("--coverage", "a"),
     ]),
     "study": (("study", PAIR), {}, [
-        ("--friction", "75w91"), ("--jobs", "0"), ("--torque", "50"), ("--torque", "50:250 N m"), ("--speed", "100"),
-        ("--temperature", "80"), ("--roughness-each", "0.2"), ("--oil", "75w91"), ("--side", "both"), ("--E", "0.1"),
-        ("--shaft-angle-error", "4 mm"), ("--load-balance", "friction"), ("--P", "10 m"),
+        ("--jobs", "0"), ("--torque", "50"), ("--roughness-each", "0.2"), ("--E", "0.1"),
+        ("--shaft-angle-error", "4 mm"), ("--P", "10 m"),
     ]),
     "optimise": (("optimise", "fm_hypoid_13x42"), {}, [
         ("--vary", "crowning"), ("--objective", "loss"), ("--objective", "pressure"), ("--limit", "presure_max"),

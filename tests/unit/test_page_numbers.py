@@ -6,10 +6,8 @@ The outputs below the cells of the tutorials are made when the pages are built; 
 import inspect
 import json
 import re
-import shlex
 import tomllib
 from collections.abc import Callable
-from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -22,7 +20,7 @@ from efficiency.machine_settings.settings_result import RESIDUAL_LIMIT
 from efficiency.optimisation.problem import BOX
 from regression.data.dataset import dataset_names, load_dataset
 from regression.plan.plan import Plan
-from regression.sweeping.slurm import DEFAULT_JOBS, DEFAULT_TIME, slurm_script
+from regression.sweeping.slurm import DEFAULT_JOBS, DEFAULT_TIME
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", ROOT / "docs" / "index.md", *sorted((ROOT / "docs" / "tutorials").glob("*.md"))]
@@ -32,16 +30,9 @@ PROSE = {
     )
     for path in PAGES
 }
-CLUSTER, GEAR = "docs/tutorials/cluster.md", "docs/tutorials/gear.md"
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 WORDS = {"half": 0.5, "two": 2, "three": 3, "four": 4, "five": 5, "six": 6, "seven": 7, "eight": 8, "nine": 9}
 NUMBER = re.compile(rf"\d+(?:\.\d+)*|\b(?:{'|'.join(WORDS)})\b", re.I)
-
-
-def code(language: str, page: str = "README.md") -> str:
-    """The first block of a language on a page."""
-    found = re.search(rf"^```{language}\n(.*?)^```", (ROOT / page).read_text(encoding="utf-8"), re.S | re.M)
-    return found[1]
 
 
 def oils() -> list[regression.Formula]:
@@ -58,21 +49,6 @@ def solved() -> list[float]:
     return [len(oils()), fitted, others, len(regression.Formula.load("gear").oils)]
 
 
-def cluster() -> list[float]:
-    """Jobs and tasks of the script of the tutorial."""
-    words = shlex.split(code("sh", CLUSTER).splitlines()[-1])
-    given = {name: value for name, value in pairwise(words) if name.startswith("--")}
-    script = slurm_script("demo", "run", int(given["--slurm"]), merge=given["--merge"], fit=given["--fit"])
-    found = re.search(r"--array=1-(\d+)", script)
-    return [script.count("$(sbatch"), float(found[1])]
-
-
-def listed(option: str) -> list[str]:
-    """Values of an option of the map of the tutorial."""
-    (values,) = re.findall(f'^mixed-ehl map .*--{option} "(.*?)"', (ROOT / GEAR).read_text("utf-8"), re.M)
-    return values.split(",")
-
-
 def level() -> list[float]:
     """Of the interval of a formula, and of an efficiency [%]."""
     (found,) = {formula.interval.level for formula in oils()}
@@ -85,17 +61,11 @@ PHRASES: dict[tuple[str, str], Callable[[], list[float]]] = {
     ("", r"\d+ % interval"): level,
     ("", r"Python 3\.\d+"): lambda: [float(PROJECT["requires-python"].removeprefix(">="))],
     ("", r"\d+ contacts, (?:formulas fitted|fits formulas)"): lambda: [Plan.from_file("demo").count],
-    ("", r"\w+ lines of Python"): lambda: [sum(map(bool, code("python").splitlines()))],
     ("README", r"(?s)formulas of \w+ oils.*?fitted to all \w+"): solved,
-    ("index-", r"\w+ packages"): lambda: [PROSE["index-"].count("\n| `")],
-    ("index-", r"## \w+ commands"): lambda: [len(code("sh", "docs/index.md").splitlines())],
     ("better", r"±[\d.]+ mm"): lambda: [1e3 * next(iter({*BOX.values()}))],
-    ("cluster", r"(?s)\w+ dependent jobs.*?\w+ tasks"): cluster,
     ("cluster", r"of a task \(default \d+\)"): lambda: [DEFAULT_JOBS],
     ("cluster", r"\(default \d+ hours\)"): lambda: [float(DEFAULT_TIME.partition(":")[0])],
     ("gear", r"above \d µm the exit code is 1"): lambda: [1e6 * RESIDUAL_LIMIT, 1.0],
-    ("index", r"plan of \d+ contacts"): lambda: [float(re.findall(r"--size (\d+)", code("sh", CLUSTER))[0])],
-    ("index", r"map of \w+ points"): lambda: [len(listed("torque")) * len(listed("speed"))],
     ("oil", r"networks of \w+\s\w+"): lambda: [float(len(regression.Formula.load("gear").oils))],
 }
 

@@ -13,8 +13,7 @@ import efficiency
 import efficiency.axle.bearings
 import ehl
 from efficiency.axle.axle_input import MethodsInput
-from ehl.common.data import _sentences, data_path, reason_text
-from ehl.common.errors import ConvergenceError
+from ehl.common.data import _sentences, data_path
 from ehl.common.references import Citation
 from ehl.fluid.lubricant import FilmConductivity
 from ehl.line_contact import moes_1992
@@ -111,11 +110,3 @@ def test_every_reason_has_a_sentence() -> None:
     assert len(reasons()) > 50
     assert not reasons() - _sentences().keys()
     assert all(" " in sentence for sentence in _sentences().values())
-
-
-@pytest.mark.parametrize("detail", ["", ": the coast flank ends"])
-def test_a_reason_is_said_in_words(detail: str) -> None:
-    said = _sentences()["undercut"]
-    assert reason_text(f"undercut{detail}") == said + detail
-    assert str(ConvergenceError("undercut", detail[2:])).startswith(said)
-    assert reason_text("any other text: 3") == "any other text: 3"

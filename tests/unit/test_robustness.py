@@ -25,7 +25,7 @@ import ehl
 import regression
 from ehl.common.errors import InputError
 from ehl.common.figures import save_figure
-from ehl.common.files import MAX_BYTES, MAX_DEPTH, MAX_KEYS, parse_json, parse_toml, read_text
+from ehl.common.files import MAX_BYTES, MAX_DEPTH, MAX_KEYS, parse_json, parse_toml
 from ehl.common.pages import picture_svg
 from ehl.common.runner import checked_jobs
 from ehl.common.sections import Picture
@@ -426,22 +426,15 @@ DESIGN = "fm_spiral_bevel_14x39"
     [
         ("gear", DESIGN, "--save-load"),
         *((name, DESIGN, option) for name in ("gear", "map", "compare") for option in ("--report", "--xlsx", "--csv")),
-        ("geometry", DESIGN, "--plot"),
-        ("misalignment", DESIGN, "--csv"),
+        ("geometry", DESIGN, "--plot"), ("misalignment", DESIGN, "--csv"),
         ("loss-map", DESIGN, "--torque", "1:9:3 N m", "--speed", "1:9:3 rpm", "--model"),
-        ("axle", "truck_hypoid", "--report"),
-        ("blank", "fm_hypoid_10x41", "--xlsx"),
-        ("settings", "fh_hypoid_9x34", "--sized", "-o"),
-        ("import", "sheet.csv", "-o"),
-        ("correct", DESIGN, "grid.csv", "-o"),
-        ("plan", DESIGN, "--duty", "duty.csv", "-o"),
-        ("export", DESIGN, "-o"),
-        ("study", DESIGN, "-o"),
-        ("optimise", "fh_hypoid_9x34", "-o"),
-        ("sweep", "merge", "gear_fva3", "-o"),
+        ("axle", "truck_hypoid", "--report"), ("blank", "fm_hypoid_10x41", "--xlsx"),
+        ("settings", "fh_hypoid_9x34", "--sized", "-o"), ("import", "sheet.csv", "-o"),
+        ("correct", DESIGN, "grid.csv", "-o"), ("plan", DESIGN, "--duty", "duty.csv", "-o"), ("export", DESIGN, "-o"),
+        ("study", DESIGN, "-o"), ("optimise", "fh_hypoid_9x34", "-o"), ("sweep", "merge", "gear_fva3", "-o"),
     ],
     ids=" ".join,
-)
+)  # fmt: skip
 def test_outputs_are_checked_before_anything_is_computed(
     command: tuple[str, ...], mixed_ehl: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -516,16 +509,6 @@ def test_oils_without_a_viscosity_are_refused(name: str, constant: str, mixed_eh
     card = (Path(regression.__file__).parents[1] / "data" / "oils" / "fva3.toml").read_text(encoding="utf-8")
     old = next(line for line in card.splitlines() if line.startswith(f"{name} = "))
     refused(mixed_ehl("oil", case(tmp_path, card.replace(old, f"{name} = {constant}"))))
-
-
-@pytest.mark.parametrize("encoding", ["latin-1", "utf-8-sig", "utf-16"])
-def test_texts_of_other_encodings_are_read(encoding: str, tmp_path: Path) -> None:
-    path = tmp_path / "text.csv"
-    path.write_bytes("Öl; 90 °C".encode(encoding))
-    assert read_text(path, "file", "a text") == "Öl; 90 °C"
-    path.write_bytes(b"0" + path.read_bytes() + b"\x00\x01")
-    with pytest.raises(InputError):
-        read_text(path, "file", "a text")
 
 
 def test_no_duration_comes_from_a_clock_that_jumps() -> None:

@@ -45,21 +45,13 @@ COMPUTATIONS: dict[str, tuple[Callable[[], Any], Callable[[Any], Any], str]] = {
     "Contact.solve": (lambda: CONTACT, lambda c: c.solve(), "ehl.solve._solve"),
     "Contact.uncertainty": (lambda: CONTACT, lambda c: c.uncertainty(jobs=1), "ehl.solve._solve"),
     "solve_path": (lambda: [CONTACT] * 2, lambda c: ehl.solve_path(c), "ehl.solve._solve"),
-    "GearPair.mesh": (
-        lambda: efficiency.load(DESIGN),
-        lambda p: p.mesh("coast", 4, 9),
-        "efficiency.mesh.elastic_teeth",
-    ),
+    "GearPair.mesh": (lambda: efficiency.load(DESIGN), lambda p: p.mesh("coast"), "efficiency.mesh.elastic_teeth"),
     "GearPair.compare": (
-        lambda: PAIR,
-        lambda p: p.compare([MODEL], grid=(4, 9)),
-        "efficiency.loss.compare.compare_models",
+        *(lambda: PAIR, lambda p: p.compare([MODEL], grid=(4, 9)), "efficiency.loss.compare.compare_models"),
     ),
     "GearPair.plot_contact": (lambda: PAIR, lambda p: p.plot_contact(), "efficiency.geometry.pair_geometry.flank_pair"),
     "EfficiencyResult.strength": (
-        lambda: loaded().efficiency(MODEL),
-        lambda r: r.strength,
-        "efficiency.mesh.kept_of_design",
+        *(lambda: loaded().efficiency(MODEL), lambda r: r.strength, "efficiency.mesh.kept_of_design"),
     ),
     "LoadedMesh.efficiency": (loaded, lambda m: m.efficiency(MODEL), "efficiency.mesh.solve_friction"),
 }

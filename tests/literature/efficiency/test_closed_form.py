@@ -35,13 +35,9 @@ def blank(name: str) -> PitchGeometry:
 def test_table_to_six_digits(name: str) -> None:
     pair = blank(name)
     values = (
-        pair.lengthwise_measure,
-        pair.profile_measure,
-        pair.mean_sliding,
-        pair.mean_lengthwise_share,
-        coleman_type(pair, 0.05),
-        buckingham_type(pair, 0.05),
-    )
+        pair.lengthwise_measure, pair.profile_measure, pair.mean_sliding, pair.mean_lengthwise_share,
+        coleman_type(pair, 0.05), buckingham_type(pair, 0.05),
+    )  # fmt: skip
     assert tuple(round(value, 6) for value in values) == TABLE[name]
 
 

@@ -43,15 +43,11 @@ def pair_of(offset: float = 0.03175) -> tuple[PairDimensions, dict[FlankSide, co
 def test_conjugate_start_is_the_given_one() -> None:
     machine = pair_of()[1]["concave"].flank.machine
     given = {
-        "radial_setting": (105.92 * MM, 0.005 * MM),
-        "cradle_angle": (-67.491 * DEG, 0.0005 * DEG),
-        "tilt": (26.788 * DEG, 0.0005 * DEG),
-        "swivel": (-21.647 * DEG, 0.0005 * DEG),
-        "blank_offset": (31.75 * MM, 0.005 * MM),
-        "sliding_base": (21.801 * MM, 0.001 * MM),
-        "roll_ratio": (3.7778, 5e-5),
-        "machine_root_angle": (0.0, 1e-12),
-    }
+        "radial_setting": (105.92 * MM, 0.005 * MM), "cradle_angle": (-67.491 * DEG, 0.0005 * DEG),
+        "tilt": (26.788 * DEG, 0.0005 * DEG), "swivel": (-21.647 * DEG, 0.0005 * DEG),
+        "blank_offset": (31.75 * MM, 0.005 * MM), "sliding_base": (21.801 * MM, 0.001 * MM),
+        "roll_ratio": (3.7778, 5e-5), "machine_root_angle": (0.0, 1e-12),
+    }  # fmt: skip
     for name, (value, half_digit) in given.items():
         assert getattr(machine, name) == pytest.approx(value, abs=half_digit), name
 

@@ -1,14 +1,16 @@
 """Shape of measurements: order and ratios of oils, films of a ball on glass; all figures are on the validation page."""
 
-import csv
 import math
 import re
 import tomllib
 from itertools import pairwise, product
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
+from scipy.stats import gmean
 
 import ehl
 from ehl.common.data import data_path
@@ -18,10 +20,8 @@ BALL_RADIUS = 19.05e-3 / 2.0
 MODULUS_BALL_ON_GLASS = 2.0 / ((1.0 - 0.3**2) / 210e9 + (1.0 - 0.21**2) / 70e9)
 
 
-def columns(name: str) -> dict[str, list[str]]:
-    with data_path("reference/measured", name).open(newline="") as file:
-        rows = list(csv.DictReader(file))
-    return {key: [row[key] for row in rows] for key in rows[0]}
+def table(name: str) -> pd.DataFrame:
+    return pd.read_csv(data_path("reference/measured", name))
 
 
 def mu(oil: str, temperature: float, pressure: float, radius: float, speed: float, slip: float) -> float:
@@ -50,31 +50,27 @@ def test_oils_come_out_in_the_published_order() -> None:
     for grade in (("n100", "m100", "pao100"), ("minr", "paor", "estr")):
         assert min(friction[first] / friction[second] for first, second in pairwise(grade)) > 1.0
     assert friction["pagd"] == pytest.approx(friction["estr"], rel=0.15)
+    # 0.56 to 0.57 in thrust bearings with rollers (line contacts): rough size, not local friction
+    assert all(0.4 < friction[oil] / friction["minr"] < 0.75 for oil in ("paor", "estr", "pagd"))
 
 
 def test_film_on_glass_within_a_quarter() -> None:
     # as printed by the source of the measurements: 20 N, 0.1 m/s, steel on glass
     assert hamrock_dowson_1977(0.083, 20e-9, 0.1, 20.0, 111.0e9) == pytest.approx(93.9e-9, rel=0.02)
-    data = columns("film_ball_on_disc.csv")
-    at = [i for i, series in enumerate(data["series"]) if series == "40 degC"]
-    speed, load, film = (
-        np.array([float(data[key][i]) for i in at]) for key in ("speed_entrainment_m_s", "load_N", "film_nm")
-    )
-    means = []
-    for key in ("temperature_oil_degC", "temperature_reservoir_degC"):
-        oils = [ehl.Oil.load(data["card"][i]).at(float(data[key][i]) + KELVIN) for i in at]
-        computed = [
-            hamrock_dowson_1977(oil.viscosity_inlet, oil.pressure_viscosity_film, u, w, MODULUS_BALL_ON_GLASS)
-            for oil, u, w in zip(oils, speed, load, strict=True)
-        ]
-        means.append(float(np.exp(np.mean(np.log(computed)))))
-    measured = 1e-9 * float(np.exp(np.mean(np.log(film))))
-    assert abs(np.mean(means) / measured - 1.0) < 0.25
+    data = table("film_ball_on_disc.csv").query("series == '40 degC'")
+
+    def film(row: Any, celsius: float) -> float:
+        oil = ehl.Oil.load(row.card).at(celsius + KELVIN)
+        state = row.speed_entrainment_m_s, row.load_N, MODULUS_BALL_ON_GLASS
+        return hamrock_dowson_1977(oil.viscosity_inlet, oil.pressure_viscosity_film, *state)
+
+    places = ("temperature_oil_degC", "temperature_reservoir_degC")
+    means = [gmean([film(row, getattr(row, place)) for row in data.itertuples()]) for place in places]
+    assert abs(np.mean(means) / (1e-9 * gmean(data["film_nm"])) - 1.0) < 0.25
 
 
 def test_friction_rises_with_slip_in_shape() -> None:
-    data = columns("traction_low_slip.csv")
-    slip, friction = ([float(v) for v in data[key]] for key in ("slide_to_roll", "friction_coefficient"))
+    slip, friction = table("traction_low_slip.csv")[["slide_to_roll", "friction_coefficient"]].to_numpy().T
     assert 0.2 < friction[0] / friction[-1] < 0.45
     # of a gear contact of a synthetic oil; the ball at 3.5 GPa is not reproduced, see the page
     assert 0.2 < mu("75w90", 80.0, 1.25, 15.0, 5.0, slip[0]) / mu("75w90", 80.0, 1.25, 15.0, 5.0, slip[-1]) < 0.45

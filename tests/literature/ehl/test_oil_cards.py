@@ -1,17 +1,15 @@
 """Cards of oils against the constants and figures of their sources, computed here from the printed numbers."""
 
-import csv
 import math
 import tomllib
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 from refusals import refuses
 
-import ehl
 from ehl.common.data import data_names, data_path
 from ehl.common.units import KELVIN
 from ehl.fluid.oil import Oil
@@ -20,13 +18,7 @@ from ehl.fluid.oil_family import FAMILIES, OIL_FAMILIES, astm_d2270, both_viscos
 
 def rows(name: str) -> dict[str, dict[str, Any]]:
     """A table of data/reference by card."""
-    path: Path = data_path("reference", name)
-    lines = [line for line in path.read_text(encoding="utf-8").splitlines() if not line.startswith("#")]
-    words = ("card", "oil")
-    return {
-        row["card"]: {key: value if key in words else float(value) for key, value in row.items()}
-        for row in csv.DictReader(lines)
-    }
+    return pd.read_csv(data_path("reference", name), comment="#").set_index("card").to_dict("index")
 
 
 FVA, ARANA = rows("oils_fva400.csv"), rows("oils_arana.csv")
@@ -96,11 +88,8 @@ def test_gear_oils_whose_alpha_is_golds_have_it_as_secant(card: str, secant_80: 
     """Their published alpha at 80 degC is Gold's formula to the printed digits, which gives secants at 0.2 GPa."""
     oil = Oil.load(card)
     scale, exponent = {
-        "mineral": (9.904, 0.139),
-        "pao": (7.382, 0.1335),
-        "polyglycol": (5.489, 0.1485),
-        "ester": (6.605, 0.136),
-    }[oil.base]
+        "mineral": (9.904, 0.139), "pao": (7.382, 0.1335), "polyglycol": (5.489, 0.1485), "ester": (6.605, 0.136),
+    }[oil.base]  # fmt: skip
     assert scale * (1e6 * oil.viscosity_kinematic(353.15)) ** exponent == pytest.approx(secant_80, abs=0.051)
     assert rise(card, 0.2e9, 80.0) / 0.2 == pytest.approx(secant_80, rel=1e-3)
 
@@ -262,44 +251,3 @@ def test_an_oil_is_given_by_its_viscosity_index(mixed_ehl: Callable[..., Any]) -
 def test_what_is_no_oil(name: str | dict[str, Any], field: str) -> None:
     with refuses(field):
         Oil.load(name) if isinstance(name, str) else Oil.generic("pao", **name)
-
-
-OILS = {
-    "naphthenic": ("n100",),
-    "mineral": ("m100", "fva2b", "hvi"),
-    "pao": ("pao_ester_additive_pma", "pao_ester_pao100", "paor"),
-    "ester": ("ke_additive", "pti_additive", "estr"),
-    "polyglycol": ("pg_kom1", "pg_1_1", "pagd"),
-}
-
-
-@pytest.fixture(scope="module")
-def friction() -> dict[str, float]:
-    """Geometric mean of mu of the oils of each base, at the same eta0 u_r."""
-
-    def mu(oil: str) -> float:
-        viscosity = float(ehl.Oil.load(oil).at(353.15).viscosity_inlet)
-        result = ehl.Contact(
-            oil=oil,
-            temperature_oil="80 degC",
-            pressure_hertz="1 GPa",
-            radius_equivalent="15 mm",
-            speed_entrainment=0.1 / viscosity,
-            slide_to_roll=0.3,
-        ).solve()
-        assert result.status == "converged"
-        return result.friction_coefficient
-
-    return {base: float(np.exp(np.mean(np.log([mu(oil) for oil in oils])))) for base, oils in OILS.items()}
-
-
-def test_order_of_the_base_oils(friction: dict[str, float]) -> None:
-    assert friction["naphthenic"] > friction["mineral"] > friction["pao"] > friction["ester"]
-    # the two lowest differ by less than their oils among each other
-    assert friction["polyglycol"] == pytest.approx(friction["ester"], rel=0.15)
-
-
-@pytest.mark.parametrize("base", ["pao", "ester", "polyglycol"])
-def test_synthetic_over_mineral_oils(friction: dict[str, float], base: str) -> None:
-    """0.56 to 0.57 in thrust bearings with rollers (line contacts): order and rough size, not local friction."""
-    assert 0.4 < friction[base] / friction["mineral"] < 0.75

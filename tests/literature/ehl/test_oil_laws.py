@@ -128,18 +128,6 @@ def test_temperature_slope_of_every_law_under_pressure_is_its_derivative(oil: Lu
     np.testing.assert_allclose(oil.dlog_viscosity_dtemperature(pressure, temperature), (up - down) / 0.02, rtol=1e-6)
 
 
-def test_modulus_law_by_hand() -> None:
-    """ln eta/eta0 = p/(a1 + a2 t + (b1 + b2 t) p), eta0 = K exp(B/(t + C)), t in degC."""
-    card = Oil.load("fva3")
-    law = card.viscosity
-    oil = card.at(353.15)
-    for pressure, celsius in ((0.6e9, 80.0), (1.2e9, 110.0)):
-        thermal = math.log(law.K) + law.B / (celsius + law.C)
-        ratio = pressure / (law.a1 + law.a2 * celsius + (law.b1 + law.b2 * celsius) * pressure)
-        found = float(oil.log_viscosity(np.array([pressure]), np.array([celsius + KELVIN]))[0])
-        assert found == pytest.approx(thermal + ratio, rel=1e-12)
-
-
 def test_tabulated_pressure_viscosity_is_linear_in_its_logarithm() -> None:
     """Between the points, and beyond them with the slope of the ends."""
     law = TabulatedAlpha(law="table", temperature=(300.0, 320.0, 360.0), value=(20e-9, 16e-9, 10e-9))

@@ -30,22 +30,13 @@ POLYPHENYL_ETHER = OriginalYasutomi(
     viscosity_glass=1e12, Tg0=244.95, A1=134.2, A2=1.929e-9, B1=4.815, B2=0.160e-9, C1=16.01, C2=20.69
 )
 SQUALANE = Doolittle(
-    viscosity_reference=15.6e-3,
-    temperature_reference=313.15,
-    B=4.710,
-    R0=0.6568,
-    epsilon=-9.599e-4,
-    volume_expansion=8.36e-4,
-    state=Tait(K00=8.658e9, betaK=6.33e-3, K0_rate=11.74),
-)
+    viscosity_reference=15.6e-3, temperature_reference=313.15, B=4.710, R0=0.6568, epsilon=-9.599e-4,
+    volume_expansion=8.36e-4, state=Tait(K00=8.658e9, betaK=6.33e-3, K0_rate=11.74),
+)  # fmt: skip
 HYBRID = McEwenPaluch(K=6e-5, B=900.0, C=95.0, a0=20e-9, a0_fall=5e-3, q=3.0, CF=6.0, pinf=2.5e9, pinf_rise=8e6)
 ABSOLUTE: dict[str, AbsoluteLaw] = {
-    "80W-90": GEAR_OIL,
-    "T9": T9,
-    "5P4E": POLYPHENYL_ETHER,
-    "squalane": SQUALANE,
-    "hybrid": HYBRID,
-}
+    "80W-90": GEAR_OIL, "T9": T9, "5P4E": POLYPHENYL_ETHER, "squalane": SQUALANE, "hybrid": HYBRID,
+}  # fmt: skip
 
 
 def arana(a1: float, a2: float, b1: float, b2: float, celsius: float) -> ModulusLaw:

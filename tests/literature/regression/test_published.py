@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from regression.friction import published as p
-from regression.friction.published_registry import PUBLISHED
 
 # one contact in SI, and the same in the units of the authors
 LOAD, ETA, NU, SLIDING, SUM, R, RA, PRESSURE = 400e3, 0.02, 25e-6, 3.0, 20.0, 0.012, 0.4e-6, 1.2e9
@@ -90,14 +89,6 @@ def test_shares_at_their_ends() -> None:
     np.testing.assert_allclose(p.share_arana_2019([0.0, 1.0, 4.0]), [1.0, 0.1572992, 0.0], atol=2e-8)
     np.testing.assert_allclose(p.share_doleschel_2002([0.0, 1.0, 2.0, 5.0]), [1.0, 0.25, 0.0, 0.0], atol=1e-15)
     np.testing.assert_allclose(p.share_matsumoto_2014([0.1, 1.0, 10.0, 100.0, 1e4]), [0, 0, 0.5, 1, 1], atol=1e-15)
-
-
-def test_registry_states_source_range_and_certainty() -> None:
-    for name, entry in PUBLISHED.items():
-        assert entry.name == name
-        assert entry.source
-        assert all(low < high for low, high in entry.ranges.values())
-        assert (entry.mark == "") == (entry.certainty == "published")
 
 
 def test_masjedi_khonsari_share_by_hand() -> None:

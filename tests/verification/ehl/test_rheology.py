@@ -5,36 +5,31 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from contacts import BEARING_STEEL as STEEL
 from contacts import line_contact
 from scipy.optimize import fsolve
+from twins.rough_scenes import Scene
 
 from ehl.fluid._kernels import limited_stress, log_mobility
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.rheology import LinearStress, RisingStress, ShearLaw
-from ehl.line_contact import LineContact
 from ehl.rough import RoughSurfaces
 from ehl.rough._kernels.fluid import balanced_shear_row, fluidity_rows, isothermal_shear_row, temperature_place
 from ehl.rough._kernels.march import MU_FLUID, STAGE
 from ehl.rough._kernels.records import FluidityRows, HeatRows
-from ehl.rough.accuracy import mesh_length
 from ehl.rough.run import TransientRun
-from ehl.rough.scaling import Settings, Units, build_problem, scaled_fluid
+from ehl.rough.scaling import Units, scaled_fluid
 from ehl.smooth.solver import solve_steady
 
 PRESSURE, HALF_WIDTH, FILM_UNIT = 1e9, 2.6e-4, 1e-6
 RISING = RisingStress(stress_low=5e6, stress_slope=0.035, pressure_start=0.5e9, pressure_end=3.5e9)
 LAWS = {
-    "newtonian": ShearLaw("newtonian"),
-    "eyring": ShearLaw("eyring", 5e6),
-    "rising": ShearLaw("eyring", RISING),
-    "linear": ShearLaw("eyring", LinearStress(4e6, 0.009)),
-    "carreau": ShearLaw("carreau", 4e6, 0.45),
+    "newtonian": ShearLaw("newtonian"), "eyring": ShearLaw("eyring", 5e6), "rising": ShearLaw("eyring", RISING),
+    "linear": ShearLaw("eyring", LinearStress(4e6, 0.009)), "carreau": ShearLaw("carreau", 4e6, 0.45),
     "ambient": ShearLaw("eyring", 5e6, 1.0, 0.06, 2e6),
     "smooth eyring": ShearLaw("eyring", 5e6, 1.0, 0.08, 2e6, "smooth"),
     "smooth carreau": ShearLaw("carreau", 4e6, 0.45, 0.08, 2e6, "smooth"),
     "smooth newtonian": ShearLaw("newtonian", 5e6, 1.0, 0.08, 2e6, "smooth"),
-}
+}  # fmt: skip
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(80)
 
 
@@ -161,25 +156,6 @@ def test_published_eyring_stress_of_the_axle_oil() -> None:
     np.testing.assert_allclose(RISING(np.array([1e9, 1.5e9, 2e9])) / 1e6, [36.0, 47.0, 60.0], atol=0.5)
 
 
-@pytest.mark.parametrize("name", list(LAWS))
-def test_derivatives_of_the_mobility(name: str) -> None:
-    law, shear = LAWS[name], numbers(LAWS[name])
-    rng = np.random.default_rng(2)
-
-    def value(at: np.ndarray, along: float, sliding: float) -> float:
-        return float(log_mobility(at[0], sliding, math.exp(at[1]), at[2], along, shear)[0])
-
-    for _ in range(100):
-        at = np.array([rng.uniform(0.0, 25.0), rng.uniform(-4.0, 1.0), rng.uniform(0.01, 2.0)])
-        along, sliding = float(rng.choice([0.0, 0.3, 1.0])), 10.0 ** rng.uniform(-6.0, 0.0)
-        found = log_mobility(at[0], sliding, math.exp(at[1]), at[2], along, shear)[1:]
-        for k, derivative in enumerate(found):
-            step = np.zeros(3)
-            step[k] = 1e-5
-            expected = (value(at + step, along, sliding) - value(at - step, along, sliding)) / 2e-5
-            assert derivative == pytest.approx(expected, rel=1e-5, abs=1e-5), (law, at, along)
-
-
 CONTACT = line_contact(speed_sliding_lengthwise=1.0)
 OIL = Lubricant(0.015, 15e-9, temperature=353.15, temperature_viscosity=0.04)
 SMOOTH = {"limiting_shear_coefficient": 0.06, "limiting_shear": "smooth", "limiting_shear_ambient": 2e6}
@@ -197,10 +173,8 @@ OILS = {
 }
 
 
-def settled(contact: LineContact, oil: Lubricant, per_half_width: float, **changes: object) -> TransientRun:
-    nodes = round(per_half_width * mesh_length(contact, contact.film_moes(oil)))
-    settings = replace(Settings(nodes, 20e-9, 0.1, math.inf, False, 8e9), **changes)  # type: ignore[arg-type]
-    run = TransientRun(build_problem(contact, oil, RoughSurfaces(), (STEEL, STEEL), settings))
+def settled(oil: Lubricant, per_half_width: float) -> TransientRun:
+    run = Scene(CONTACT, oil, RoughSurfaces(), 20e-9).run(per_half_width)
     run.advance(round(4.5 * run.problem.units.steps_per_half_width))
     return run
 
@@ -209,7 +183,7 @@ def settled(contact: LineContact, oil: Lubricant, per_half_width: float, **chang
 def test_transient_settles_at_the_steady_solution(name: str) -> None:
     steady = solve_steady(CONTACT, OILS[name])
     assert steady.status == "converged"
-    run = settled(CONTACT, OILS[name], 140.0)
+    run = settled(OILS[name], 140.0)
     records, _ = run.advance(20)
     assert records[:, STAGE].max() == 0.0
     assert records[-1, MU_FLUID] == pytest.approx(steady.friction_fluid, rel=5e-4)

@@ -12,9 +12,8 @@ from scipy.optimize import brentq
 from ehl.fluid.density import INCOMPRESSIBLE
 from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
-from ehl.smooth._kernels import log_kernel
 from ehl.smooth.continuation import PathReport, cold_path, features_of_level, transfer
-from ehl.smooth.mesh import Features, grade
+from ehl.smooth.mesh import grade
 from ehl.smooth.newton import NodeGrid, numbers_of, solve_level
 from ehl.smooth.refine import extrapolate, settled
 from ehl.smooth.scaling import scaled_contact
@@ -105,58 +104,6 @@ def test_thin_film_tends_to_the_hertz_contact(load, peak, exit_):
     inside = np.abs(x) < 0.5
     deviation = result.pressure[inside] / contact.pressure_hertz - np.sqrt(1.0 - x[inside] ** 2)
     assert np.max(np.abs(deviation)) < 6.0 * (1.0 - peak) + 5e-5
-
-
-def test_hertz_pressure_flattens_the_gap():
-    """H = x^2/2 - K P/pi is constant under sqrt(1 - x^2), with level (1 + 2 ln 2)/4."""
-    flatness = []
-    for count in (513, 2049):
-        points = np.clip(grade(Features(1e-3, 1.0, -1.0, 0.02, 0.98, 0.02)).points(count), None, 1.0)
-        pressure = np.sqrt(np.clip(1.0 - points**2, 0.0, None))
-        gap = 0.5 * points**2 - log_kernel(points) @ pressure / math.pi
-        inside = np.abs(points) < 1.0
-        flatness.append(np.ptp(gap[inside]))
-        assert np.median(gap[inside]) == pytest.approx(0.25 * (1.0 + 2.0 * math.log(2.0)), abs=4.0 * flatness[-1])
-    assert flatness[1] < 2e-5
-    assert flatness[1] < 0.3 * flatness[0]
-
-
-def test_film_and_flow_re_evaluated_in_si():
-    """Dimensional film (quadrature of the logarithm element by element) and flow constant, apart from the solver."""
-    contact = LineContact.from_pressure(
-        radius_equivalent=0.02, effective_modulus=MODULUS, pressure_hertz=0.9e9, speed_entrainment=3.0,
-        slide_to_roll=0.4, speed_sliding_lengthwise=1.5,
-    )  # fmt: skip
-    oil = Lubricant(0.03, 1.6e-8, "roelands", rheology="eyring", eyring_stress=5e6)
-    result = solve_steady(contact, oil, accuracy="reference")
-    x, p = result.x, result.pressure
-    nodes, weights = np.polynomial.legendre.leggauss(40)
-    half = 0.5 * np.diff(x)
-    s = 0.5 * (x[1:] + x[:-1])[:, None] + half[:, None] * nodes
-    load = np.interp(s, x, p) * half[:, None] * weights
-
-    def shape(at):
-        return at**2 / (2.0 * contact.radius_equivalent) - 4.0 / (math.pi * MODULUS) * np.sum(
-            load * np.log(np.abs(at - s) / contact.half_width)
-        )
-
-    chosen = [int(np.searchsorted(x, f * contact.half_width)) for f in (-3.0, -1.0, -0.5, 0.0, 0.6, 0.95)]
-    level = result.film[chosen] - np.array([shape(x[i]) for i in chosen])
-    assert np.ptp(level) < 1e-4 * result.film_min
-
-    face = np.arange(x.size - 1)
-    h, rho = 0.5 * (result.film[face] + result.film[face + 1]), oil.density_ratio(0.5 * (p[face] + p[face + 1]))
-    eta = oil.viscosity(0.5 * (p[face] + p[face + 1]))
-    speed = contact.speed_sliding
-    s_rate = np.arcsinh(eta * speed / (oil.eyring_stress * h))
-    cosine = (contact.slide_to_roll * contact.speed_entrainment / speed) ** 2
-    factor = cosine * np.cosh(s_rate) + (1.0 - cosine) * np.sinh(s_rate) / s_rate
-    flow = rho * h - rho * h**3 / (12.0 * eta) * factor * np.diff(p) / np.diff(x) / contact.speed_entrainment
-    loaded = (p[face] > 1e-3 * result.pressure_max) & (np.abs(x[face]) < 1.2 * contact.half_width)
-    assert np.max(np.abs(flow - result.flow)[loaded] / (rho * h)[loaded]) < 3e-3
-    assert np.trapezoid(p, x) == pytest.approx(contact.load_per_length, rel=1e-4)
-    assert result.mass_residual < 1e-8
-    assert result.load_residual < 1e-12
 
 
 OUTPUTS = ("film_central", "film_min", "friction_fluid")

@@ -6,32 +6,25 @@ from typing import Any
 
 import numpy as np
 import pytest
-from contacts import line_contact
 from samples import contact_case
 from twins.exact_elasticity import elastic_error
 from twins.material_points import conducts_like_the_transient_solver
-from twins.rough_scenes import STEEL, Scene, eyring_oil, gaussian_pair, line, speed_of_film_ratio
+from twins.rough_scenes import STEEL, Scene, eyring_oil, friction, gaussian_pair, line, speed_of_film_ratio
 from twins.rough_scenes import eyring_oil as oil
 
-from ehl.common.errors import InputError
 from ehl.fluid.lubricant import FilmConductivity
 from ehl.line_contact import LineContact
 from ehl.rough import RoughSurfaces, solve_transient
 from ehl.rough._kernels.march import FILM_MEAN, FLASH_MAX, MU_FLUID, SHARE, STAGE, TEMPERATURE_MAX
 from ehl.rough._kernels.newton import UNCONVERGED
-from ehl.rough.accuracy import mesh_length
 from ehl.rough.mixed import SmoothFriction, solve_mixed
 from ehl.rough.run import TransientRun
-from ehl.rough.scaling import Settings, build_problem, rough_length
+from ehl.rough.scaling import rough_length
 from ehl.smooth.solver import solve_steady
 from ehl.smooth.thermal import solve_smooth
 from ehl.surface.roughness import RoughProfile, generate_profile
 
 HALF_WIDTH = 4.0 * 0.015 * 1e9 / 228e9
-
-
-def contact(speed: float = 5.0, slide_to_roll: float = 0.5) -> LineContact:
-    return line_contact(speed_entrainment=speed, slide_to_roll=slide_to_roll)
 
 
 def profile(rms: float, seed: int, correlation_length: float = 20e-6) -> RoughProfile:
@@ -42,36 +35,32 @@ def rough(rms: float) -> RoughSurfaces:
     return RoughSurfaces(profile(rms, 1), profile(rms, 2))
 
 
-def make_run(line, lubricant, surfaces, nodes=200, boundary_film=20e-9, peklenik_number=math.inf, **more):
-    settings = Settings(nodes, boundary_film, 0.1, peklenik_number, **({"thermal": False, "hardness": 1e13} | more))
-    return TransientRun(build_problem(line, lubricant, surfaces, (STEEL, STEEL), settings))
+def make_run(contact: LineContact, lubricant: Any, surfaces: Any, nodes: int = 200, **settings: Any) -> TransientRun:
+    scene = Scene(contact, lubricant, surfaces, 20e-9)
+    return scene.run(nodes / scene._length(), **({"hardness": 1e13} | settings))
 
 
 def roll(run: TransientRun, travel: float) -> np.ndarray:
     return run.advance(round(travel * run.problem.units.steps_per_half_width))[0]
 
 
-def friction(records: np.ndarray) -> float:
-    return float((records[:, MU_FLUID] + 0.1 * records[:, SHARE]).mean())
-
-
 @pytest.mark.parametrize(("speed", "slide_to_roll"), [(1.0, 0.1), (15.0, 1.0)])
 def test_smooth_limit_agrees_with_the_steady_solver(speed: float, slide_to_roll: float) -> None:
-    line, lubricant = contact(speed, slide_to_roll), oil()
-    steady = solve_steady(line, lubricant, accuracy="reference")
-    transient = solve_transient(line, lubricant, nodes=940)
+    contact, lubricant = line(speed, slide_to_roll), oil()
+    steady = solve_steady(contact, lubricant, accuracy="reference")
+    transient = solve_transient(contact, lubricant, nodes=940)
     assert transient.status == "converged"
     assert transient.friction_coefficient == pytest.approx(steady.friction_fluid, rel=5e-4)
-    middle = np.abs(steady.x) < 0.8 * line.half_width
+    middle = np.abs(steady.x) < 0.8 * contact.half_width
     mean = np.trapezoid(steady.film[middle], steady.x[middle]) / np.ptp(steady.x[middle])
     assert transient.film_mean == pytest.approx(float(mean), rel=2e-3)
     assert elastic_error(transient.run) < 0.01
 
 
 def test_smooth_friction_converges_with_second_order_and_is_extrapolated() -> None:
-    line = contact(1.0, 0.1)
-    exact = solve_steady(line, oil(), accuracy="reference").friction_fluid
-    results = [solve_transient(line, oil(), nodes=n) for n in (120, 240, 480)]
+    contact = line(1.0, 0.1)
+    exact = solve_steady(contact, oil(), accuracy="reference").friction_fluid
+    results = [solve_transient(contact, oil(), nodes=n) for n in (120, 240, 480)]
     plain = [abs(float(result.run.advance(1)[0][0, MU_FLUID]) / exact - 1.0) for result in results]
     orders = np.log2(np.divide(plain[:-1], plain[1:]))
     assert np.all((orders > 1.8) & (orders < 2.3))
@@ -80,35 +69,29 @@ def test_smooth_friction_converges_with_second_order_and_is_extrapolated() -> No
 
 
 def test_vanishing_roughness_gives_the_smooth_friction() -> None:
-    smooth = solve_transient(contact(), oil(), nodes=240).friction_coefficient
-    run = make_run(contact(), oil(), rough(4e-9), nodes=240, boundary_film=5e-9)
+    smooth = solve_transient(line(5.0), oil(), nodes=240).friction_coefficient
+    run = make_run(line(5.0), oil(), rough(4e-9), nodes=240, boundary_film=5e-9)
     roll(run, 3.0)
-    assert friction(roll(run, 3.0)) == pytest.approx(smooth, rel=5e-4)
+    assert friction(roll(run, 3.0)).mean() == pytest.approx(smooth, rel=5e-4)
 
 
 def test_wide_lay_reproduces_the_sealed_model() -> None:
     """Of 1e5 lengths to what the kernel of the mode is fitted to; of 20 in a thin film to 2 and 3 %."""
-    sealed = make_run(contact(), oil(), rough(0.2e-6))
-    wide = make_run(contact(), oil(), rough(0.2e-6), peklenik_number=1e5)
-    assert friction(roll(wide, 5.0)) == pytest.approx(friction(roll(sealed, 5.0)), rel=1e-3)
+    sealed = make_run(line(5.0), oil(), rough(0.2e-6))
+    wide = make_run(line(5.0), oil(), rough(0.2e-6), peklenik_number=1e5)
+    assert friction(roll(wide, 5.0)).mean() == pytest.approx(friction(roll(sealed, 5.0)).mean(), rel=1e-3)
     means = []
     for gamma in (20.0, math.inf):
-        run = make_run(contact(0.6), oil(), rough(0.3e-6), 240, 30e-9, gamma)
+        run = make_run(line(0.6), oil(), rough(0.3e-6), 240, boundary_film=30e-9, peklenik_number=gamma)
         roll(run, 12.0)
         records = roll(run, 24.0)
-        means.append((float(records[:, FILM_MEAN].mean()), friction(records)))
+        means.append((float(records[:, FILM_MEAN].mean()), float(friction(records).mean())))
     assert means[0][0] == pytest.approx(means[1][0], rel=0.02)
     assert means[0][1] == pytest.approx(means[1][1], rel=0.03)
 
 
-def test_drainage_leaves_smooth_surfaces_alone() -> None:
-    drained = solve_transient(contact(), oil(), peklenik_number=1.0, nodes=200)
-    sealed = solve_transient(contact(), oil(), peklenik_number=math.inf, nodes=200)
-    assert drained.friction_coefficient == sealed.friction_coefficient
-
-
 def test_each_step_balances_mass() -> None:
-    run = make_run(contact(5.0), oil(), rough(0.2e-6))
+    run = make_run(line(5.0), oil(), rough(0.2e-6))
     roll(run, 4.0)
     x, state = run.problem.x, run.state
     first, last = int(np.argmin(np.abs(x + 2.3))), int(np.argmin(np.abs(x - 1.0)))
@@ -126,28 +109,12 @@ def test_each_step_balances_mass() -> None:
     assert worst < 1e-3
 
 
-def test_mass_is_conserved_in_the_mixed_regime() -> None:
-    # film rupture switches single nodes to first order, which is not exactly conservative
-    run = make_run(contact(0.4), oil(), rough(0.4e-6), nodes=400)
-    roll(run, 4.0)
-    x, mass = run.problem.x, run.state.mass
-    first, last = int(np.argmin(np.abs(x + 1.3))), int(np.argmin(np.abs(x - 0.5)))
-    start = float(mass[first:last].sum())
-    carried = flowed = throughput = 0.0
-    for _ in range(1000):
-        carried += 1.5 * mass[first - 1] - 0.5 * mass[first - 2] - 1.5 * mass[last - 1] + 0.5 * mass[last - 2]
-        throughput += mass[last]
-        run.advance(1)
-        flowed += run.flow[last - 1] - run.flow[first - 1]
-    assert abs(mass[first:last].sum() - start - carried - flowed) < 3e-3 * throughput
-
-
 def test_dry_limit_agrees_with_a_dry_contact_solution() -> None:
     """Complementary film and pressure: with a positive definite kernel there is one such solution of the dry contact.
 
     With side flow the tips are those of the lateral mode, at the deflection of the mean pressure.
     """
-    run = make_run(contact(1.0), oil(1e-6, 1e-11), rough(0.4e-6), nodes=160, peklenik_number=1.0)
+    run = make_run(line(1.0), oil(1e-6, 1e-11), rough(0.4e-6), nodes=160, peklenik_number=1.0)
     records = roll(run, 16.0)
     assert records[-1, SHARE] > 0.98
     total = run.state.fluid_pressure + run.state.contact_pressure
@@ -159,10 +126,10 @@ def test_dry_limit_agrees_with_a_dry_contact_solution() -> None:
 
 
 def test_cap_limits_the_pressure() -> None:
-    free = make_run(contact(0.2), oil(), rough(0.6e-6), boundary_film=30e-9)
+    free = make_run(line(0.2), oil(), rough(0.6e-6), boundary_film=30e-9)
     roll(free, 4.0)
     cap = 3e9
-    capped = make_run(contact(0.2), oil(), rough(0.6e-6), boundary_film=30e-9, hardness=cap)
+    capped = make_run(line(0.2), oil(), rough(0.6e-6), boundary_film=30e-9, hardness=cap)
     records = roll(capped, 4.0)
     highest = [float((r.state.fluid_pressure + r.state.contact_pressure).max()) * 1e9 for r in (free, capped)]
     assert highest[0] > 1.2 * cap
@@ -172,43 +139,17 @@ def test_cap_limits_the_pressure() -> None:
     assert float(total.sum()) == pytest.approx(capped.problem.model.contact.load, rel=2e-6)
 
 
-FINE = generate_profile(0.2e-6, 3e-6, 16.0 * HALF_WIDTH, 1e-6, 1)
-
-
-@pytest.mark.parametrize(
-    ("field", "changes"),
-    [
-        ("peklenik_number", {"peklenik_number": 0.2}),
-        ("boundary_film", {"boundary_film": 1e-4}),
-        ("hardness", {"hardness": 5e8}),
-        ("nodes", {"nodes": 10}),
-        ("nodes", {"nodes": 128, "surfaces": RoughSurfaces(FINE, None)}),
-        ("travel", {"travel": 0.1}),
-        ("accuracy", {"accuracy": 3.0}),
-    ],
-)
-def test_bad_numbers_are_refused(field: str, changes: dict[str, Any]) -> None:
-    with pytest.raises(InputError, match=field):
-        solve_transient(contact(), oil(), **({"surfaces": rough(0.2e-6)} | changes))
-
-
-def test_profile_with_gaps_is_refused() -> None:
-    heights = np.where(np.arange(200) == 7, math.nan, 1e-7)
-    with pytest.raises(InputError, match="finite"):
-        RoughSurfaces(RoughProfile(heights, 2e-6, 1e-7, 0.0, 3.0, 20e-6, 36e-6), None)
-
-
 @pytest.mark.parametrize(("slide_to_roll", "period", "travel"), [(0.5, 8.0, 24.0), (-2.0, 32.0, 12.0)])
 def test_realisation_error_covers_other_stretches_of_the_same_surfaces(
     slide_to_roll: float, period: float, travel: float
 ) -> None:
     """Film ratio about 0.5, sealed, on a coarse mesh; period and travel in half-widths."""
-    line, results = line_contact(speed_entrainment=0.86, slide_to_roll=slide_to_roll), []
-    b = line.half_width
+    contact, results = line(0.86, slide_to_roll), []
+    b = contact.half_width
     settings: Any = {"nodes": 110, "peklenik_number": math.inf, "boundary_film": 30e-9, "travel": travel}
     for seed in range(12):
         each = (generate_profile(0.28e-6, 0.15 * b, period * b, 0.0075 * b, 2 * seed + i) for i in (1, 2))
-        results.append(solve_transient(line, oil(), RoughSurfaces(*each), accuracy="fast", **settings))
+        results.append(solve_transient(contact, oil(), RoughSurfaces(*each), accuracy="fast", **settings))
     friction = np.array([result.friction_coefficient for result in results])
     away = np.abs(friction / friction.mean() - 1.0)
     realisation = np.array([result.realisation_error for result in results])
@@ -229,18 +170,11 @@ def scene_of(ratio: float, peklenik_number: float = math.inf) -> Scene:
     return Scene(contact, OIL, gaussian_pair(contact, RMS, 0.2), 30e-9, peklenik_number)
 
 
-def run_of(scene: Scene, per_half_width: float, **changes: object) -> TransientRun:
-    nodes = round(per_half_width * mesh_length(scene.contact, scene.contact.film_moes(scene.lubricant)))
-    settings = {"thermal": scene.thermal, "hardness": 8e9} | changes
-    given = scene.contact, scene.lubricant, scene.surfaces, nodes, scene.boundary_film, scene.peklenik_number
-    return make_run(*given, **settings)
-
-
 def test_the_tolerance_of_a_step_does_not_add_up() -> None:
     # dropped residuals made this film 3 % too thick after 1000 steps, predictions left unsolved 0.01 %
     films = {}
     for tolerance in (1e-4, 2e-6):
-        run = run_of(scene_of(4.0), 400.0, tolerance=tolerance)
+        run = scene_of(4.0).run(400.0, tolerance=tolerance)
         roll(run, 2.0)
         films[tolerance] = roll(run, 1.0)[:, FILM_MEAN].reshape(10, -1).mean(axis=1)
     np.testing.assert_allclose(films[1e-4], films[2e-6], rtol=1e-6)
@@ -255,7 +189,7 @@ def test_mesh_reaches_as_far_as_asperities_touch() -> None:
     gap *= scene.contact.half_width**2 / (2.0 * scene.contact.radius_equivalent)
     assert gap + scene.contact.film_moes(OIL) == pytest.approx(6.0 * RMS, rel=1e-3)
     assert inlet == -2.5
-    run = run_of(scene, 50.0)
+    run = scene.run(50.0)
     roll(run, 6.0)
     _, profiles = run.advance(200)
     loaded = profiles[0] + profiles[1]
@@ -274,7 +208,7 @@ def test_bulk_temperatures_of_both_bodies(monkeypatch: pytest.MonkeyPatch, slide
     assert steady.status == "converged"
     rolling = (steady.heat.x, steady.heat.rolling_heat)
     scene = Scene(contact, oil, RoughSurfaces(), thermal=True)
-    last = roll(run_of(scene, 100.0, temperature_bulk=bulk, rolling_heat=rolling), 7.1)[-1]
+    last = roll(scene.run(100.0, temperature_bulk=bulk, rolling_heat=rolling), 7.1)[-1]
     assert last[MU_FLUID] == pytest.approx(steady.friction_fluid, rel=5e-4)
     assert last[TEMPERATURE_MAX] == pytest.approx(steady.temperature_film_max, abs=0.1)
     assert oil.temperature + last[FLASH_MAX] == pytest.approx(steady.temperature_flash, abs=0.1)

@@ -21,14 +21,7 @@ from ehl.inputs import ContactProblem
 from ehl.result import ContactResult
 from ehl.solve import solve_contact
 from regression.calibration import prediction
-from regression.calibration.calibrate import (
-    Calibration,
-    MisfitTooLarge,
-    ParameterEstimate,
-    all_values,
-    calibrate,
-    solver_of,
-)
+from regression.calibration.calibrate import Calibration, ParameterEstimate, all_values, calibrate, solver_of
 from regression.calibration.measurement import SYNTHETIC, Measurement, read_measurement
 from regression.calibration.setup import CalibrationSetup
 
@@ -164,7 +157,7 @@ def test_wide_intervals_and_nothing_determined_beyond_a_credible_misfit(tmp_path
         sd = math.log(wide[name].interval_high / wide[name].interval_low) / 3.92
         assert card.uncertainty.eyring_stress == pytest.approx(max(sd, initial.uncertainty.eyring_stress), rel=1e-3)
     hopeless = replace(poor, misfit=calibrate_module.NO_MODEL * poor.misfit / poor.misfit_share * 1.01)
-    with pytest.raises(MisfitTooLarge) as caught:
+    with pytest.raises(calibrate_module.MisfitTooLarge) as caught:
         hopeless.save_card(tmp_path / "hopeless.toml")
     assert caught.value.exit_code == 1
     assert not (tmp_path / "hopeless.toml").exists()

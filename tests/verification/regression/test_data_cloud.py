@@ -68,21 +68,6 @@ def test_every_way_out_leads_from_inside_to_far(direction: list[float]) -> None:
     assert levels[-1] == CloudDistance.FAR
 
 
-def test_near_by_any_test_and_far_by_distance() -> None:
-    fitted = cloud()
-    distance, length = np.array([1.2, 1.21, 1.0, 1.0, 1.0, 2.0, 2.01]), np.ones(7)
-    length[2:4] = 1.2, 1.21
-    near, far = fitted.near_and_far(distance, fitted.mahalanobis * length, np.arange(7) == 4)
-    assert near.tolist() == [False, True, False, True, True, True, True]
-    assert far.tolist() == [False] * 6 + [True]
-    spread = {name: np.exp(2.0 * np.log(values / values.mean())) * values.mean() for name, values in TABLE.items()}
-    logs = np.log(np.column_stack([spread[name] for name in fitted.variables]))
-    length, outside = np.linalg.norm(fitted.whitened(spread), axis=1), fitted.pair_margin(logs) < 0.0
-    near, far = fitted.near_and_far(fitted.distance(fitted.whitened(spread)), length, outside)
-    assert min(np.count_nonzero(near & ~far), np.count_nonzero(far), np.count_nonzero(~near)) > 50
-    np.testing.assert_array_equal(fitted.extrapolation(spread), np.where(far, 2, np.where(near, 1, 0)))
-
-
 def test_limits_are_those_of_sums_and_differences_with_the_slack() -> None:
     fitted = cloud()
     random = np.random.default_rng(8)

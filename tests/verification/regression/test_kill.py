@@ -118,18 +118,6 @@ def test_a_full_disk_stops_in_words_and_the_resumed_run_is_bit_identical(tmp_pat
     _is_whole(plan, run, "power_law", **ARANA)
 
 
-def test_a_truncated_shard_is_resumed_bit_identically(tmp_path: Path) -> None:
-    plan, run = Plan.from_file(_plan(tmp_path, 128)), tmp_path / "cut"
-    sweep_shard(plan, run, **ARANA)
-    (path,) = run.glob("*.jsonl")
-    os.truncate(path, int(0.9 * path.stat().st_size))
-    resumed = sweep_shard(plan, run, **ARANA)
-    assert (resumed.truncated, resumed.corrupt) == (1, 0)
-    assert resumed.resumed == pytest.approx(0.9 * 128, abs=3)
-    assert resumed.resumed + resumed.converged == 128
-    _is_whole(plan, run, "power_law", **ARANA)
-
-
 def test_two_sweeps_of_one_shard_at_once(tmp_path: Path, mixed_ehl: Callable[..., Any]) -> None:
     path = _plan(tmp_path, 64)
     run, name = tmp_path / "run", "arana_2019"

@@ -1,19 +1,18 @@
-"""Does the fit find what is known to be in the data, and are its error bars right?"""
+"""Fits of known formulas with their error bars, and Sobol indices against closed forms."""
 
 import numpy as np
 import pytest
-from scipy.stats import qmc
 from small_plans import gear_plan, swept
 
+from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
-from ehl.state import ContactState
 from regression.data.dataset import Dataset
 from regression.fitting.coefficients import linear_fit
 from regression.fitting.fit import fit_formula
-from regression.friction.conditions import conditions_of
-from regression.friction.families import XU
+from regression.fitting.sensitivity import formula_sensitivity, sobol_indices
+from regression.formula import Formula
+from regression.friction.families import FAMILIES, XU
 from regression.friction.published import XU_COEFFICIENTS
-from regression.plan.sampling import to_range
 
 PLAN = gear_plan("recovery", {"size": 128, "seed": 2}, roughness_rms={"low": "0.2 um", "high": "0.6 um"})
 
@@ -23,20 +22,10 @@ def xu_data(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
     return swept(tmp_path_factory.mktemp("recovery"), PLAN, "xu_kahraman_2007")
 
 
-def _design() -> np.ndarray:
+@pytest.fixture(scope="module")
+def design(xu_data: Dataset) -> np.ndarray:
     """The design matrix of the Xu form over a gear's range."""
-    unit = qmc.Sobol(6, rng=np.random.default_rng(4)).random(128)
-    state = ContactState.of(
-        pressure_hertz=to_range(unit[:, 0], 0.4e9, 1.6e9, "linear"),
-        radius_equivalent=to_range(unit[:, 1], 0.008, 0.04, "log"),
-        effective_modulus=226e9,
-        speed_entrainment=to_range(unit[:, 2], 1.0, 15.0, "log"),
-        slide_to_roll=to_range(unit[:, 3], 0.02, 1.2, "log"),
-        temperature_oil=to_range(unit[:, 4], 333.15, 393.15, "linear"),
-        roughness_rms_1=to_range(unit[:, 5], 0.1e-6, 0.6e-6, "linear"),
-        roughness_rms_2=0.1e-6,
-    )
-    return XU.design(conditions_of(state, Oil.load("fva3")))
+    return XU.design({name: xu_data.frame[name].to_numpy() for name in xu_data.frame})
 
 
 def test_published_coefficients_come_back_through_the_whole_pipeline(xu_data: Dataset) -> None:
@@ -49,8 +38,8 @@ def test_published_coefficients_come_back_through_the_whole_pipeline(xu_data: Da
     assert formula.fit.r2_log == pytest.approx(1.0, abs=1e-14)
 
 
-def test_standard_errors_agree_with_monte_carlo() -> None:
-    design, truth, sigma = _design(), np.array(XU_COEFFICIENTS), 0.1
+def test_standard_errors_agree_with_monte_carlo(design: np.ndarray) -> None:
+    truth, sigma = np.array(XU_COEFFICIENTS), 0.1
     random = np.random.default_rng(11)
     exact = design @ truth
     runs = [linear_fit(XU.terms, design, exact + sigma * random.standard_normal(exact.size)) for _ in range(600)]
@@ -65,8 +54,7 @@ def test_standard_errors_agree_with_monte_carlo() -> None:
     np.testing.assert_array_less(np.abs(values.mean(axis=0) - truth), 4.0 * scatter / np.sqrt(600))
 
 
-def test_variance_inflation_against_its_definition() -> None:
-    design = _design()
+def test_variance_inflation_against_its_definition(design: np.ndarray) -> None:
     fitted = linear_fit(XU.terms, design, design @ np.array(XU_COEFFICIENTS))
     for index, term in enumerate(XU.terms[1:], start=1):
         others = np.delete(design, index, axis=1)
@@ -74,3 +62,55 @@ def test_variance_inflation_against_its_definition() -> None:
         residual = design[:, index] - others @ beta
         share = residual @ residual / np.sum((design[:, index] - design[:, index].mean()) ** 2)
         assert fitted.variance_inflation[term] == pytest.approx(1.0 / share, rel=1e-8)
+
+
+NAMES = ("x1", "x2", "x3")
+
+
+def ishigami(unit: np.ndarray) -> np.ndarray:
+    x = np.pi * (2.0 * unit - 1.0)
+    return np.asarray(np.sin(x[:, 0]) + 7.0 * np.sin(x[:, 1]) ** 2 + 0.1 * x[:, 2] ** 4 * np.sin(x[:, 0]))
+
+
+def test_ishigami() -> None:
+    """Closed form (Ishigami & Homma 1990): V1 = (1 + b pi^4/5)^2/2, V2 = a^2/8, V13 = b^2 pi^8 (1/18 - 1/50)."""
+    v1 = 0.5 * (1.0 + 0.1 * np.pi**4 / 5.0) ** 2
+    v2, v13 = 7.0**2 / 8.0, 0.1**2 * np.pi**8 * (1.0 / 18.0 - 1.0 / 50.0)
+    v = v1 + v2 + v13
+    found = sobol_indices(ishigami, NAMES, size=16384)
+    np.testing.assert_allclose(found.first, [v1 / v, v2 / v, 0.0], atol=0.01)
+    np.testing.assert_allclose(found.total, [(v1 + v13) / v, v2 / v, v13 / v], atol=0.01)
+    assert found.evaluations == 5 * 16384
+    for values, interval in ((found.first, found.first_interval), (found.total, found.total_interval)):
+        assert (interval[:, 0] <= values).all()
+        assert (values <= interval[:, 1]).all()
+        assert (interval[:, 1] - interval[:, 0] < 0.12).all()
+
+
+def test_intervals_narrow_with_the_sample_and_the_seed_decides_all() -> None:
+    few, many = (sobol_indices(ishigami, NAMES, size=size) for size in (256, 4096))
+    assert np.ptp(many.first_interval, axis=1).max() < 0.5 * np.ptp(few.first_interval, axis=1).max()
+    again = sobol_indices(ishigami, NAMES, size=256)
+    np.testing.assert_array_equal(again.total_interval, few.total_interval)
+
+
+def test_a_power_law_has_the_indices_of_its_exponents() -> None:
+    family = FAMILIES["power_law"]
+    exponents = {"speed": -0.5, "sliding": 0.2, "roughness": 0.4, "radius": 0.1, "constant": -3.0}
+    coefficients = dict.fromkeys(family.terms, 0.0) | exponents
+    changes = {"family": "power_law", "equation": family.equation, "coefficients": coefficients}
+    formula = Formula.load("fva3_short").model_copy(update=changes)
+    found = formula_sensitivity(formula, Oil.load("fva3"), size=2048)
+    names = {"speed_entrainment": "speed", "slide_to_roll_total": "sliding", "roughness_rms": "roughness"}
+    names |= {"radius_equivalent": "radius"}
+    variance = {name: (exponents[term] * np.log(np.divide(*formula.ranges[name]))) ** 2 for name, term in names.items()}
+    total = sum(variance.values())
+    for name, share in zip(found.names, found.total, strict=True):
+        assert share == pytest.approx(variance.get(name, 0.0) / total, abs=0.01)
+
+
+def test_refusals() -> None:
+    with pytest.raises(InputError, match="power of two"):
+        sobol_indices(ishigami, NAMES, size=1000)
+    with pytest.raises(InputError, match="varies"):
+        sobol_indices(lambda u: np.ones(len(u)), NAMES, size=64)
