@@ -34,7 +34,7 @@ FAST = {
     ),
     "unit/efficiency": (
         "blank cutting_design cutting_kinematics cutting_summary contact_sample "
-        "load_equilibrium load_edge_contact lay external_load output_solid geometry_parts duty strength loss "
+        "load_equilibrium lay external_load output_solid geometry_design duty strength loss "
         "lubrication"
     ),
     "unit": ("import_direction"),

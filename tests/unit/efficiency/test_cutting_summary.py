@@ -1,14 +1,19 @@
-"""Machine summaries read into tables of a design file."""
+"""Machine summaries and setting sheets: read into tables of a design file, written and read back."""
 
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 from refusals import refuses
 
 from efficiency.cutting.summary import parse_summary, read_summary
-from efficiency.design.design import MemberInput
+from efficiency.design.design import MemberInput, bevel_names, load_design
+from efficiency.output.machine_summary import design_from_sheet, sheet_text
+from ehl.common.errors import InputError
 
 # gear of the Gleason sheet 74782608 (meshingwithgears.com/cpchyp16.html), typed off as an operator would
 SHEET = """
@@ -48,9 +53,7 @@ def test_a_sheet_becomes_a_member(tmp_path: Path) -> None:
     file.write_text(SHEET, encoding="utf-8")
     summary = read_summary(file)
     assert summary.unread == ("Gear fixture, 74-12",)
-    text = summary.toml()
-    assert text.rstrip().endswith("# Gear fixture, 74-12")
-    tables = tomllib.loads(text)
+    tables = tomllib.loads(summary.toml())
     assert tables == summary.tables
     # numbers stay as the sheet has them
     assert tables["gear"]["machine"]["radial_setting"] == "4.108 in"
@@ -71,9 +74,8 @@ def test_a_sheet_becomes_a_member(tmp_path: Path) -> None:
     assert blank.mean_cone_distance == pytest.approx((4.274 - 0.625) * inch, rel=1e-9)
     # depths of the sheet at the heel come back
     heel = np.array([0.5 * blank.face_width])
-    cones = blank
-    assert cones.tip(heel)[0] == pytest.approx(0.064 * inch, rel=1e-9)
-    assert (cones.tip(heel) - cones.root(heel))[0] == pytest.approx(0.422 * inch, rel=1e-9)
+    assert blank.tip(heel)[0] == pytest.approx(0.064 * inch, rel=1e-9)
+    assert (blank.tip(heel) - blank.root(heel))[0] == pytest.approx(0.422 * inch, rel=1e-9)
 
 
 def test_formate_member_of_a_left_hand_in_millimetres() -> None:
@@ -91,15 +93,10 @@ def test_formate_member_of_a_left_hand_in_millimetres() -> None:
     assert not summary.unread
 
 
-@pytest.mark.parametrize(
-    ("angle", "hand", "expected"), [(293.0, "left", -67.0), (293.0, "right", 67.0), (67.0, "left", -67.0)]
-)
-def test_cradle_angle_takes_its_sign_from_the_hand(angle: float, hand: str, expected: float) -> None:
-    summary = parse_summary(f"member = pinion\nhand = {hand}\ncradle angle = {angle}")
-    assert summary.tables["pinion"]["machine"]["cradle_angle"] == f"{expected!r} deg"
-
-
-def test_test_rolls_give_the_ratio() -> None:
+def test_cradle_angle_takes_its_sign_from_the_hand_and_test_rolls_give_the_ratio() -> None:
+    for angle, hand, expected in ((293.0, "left", -67.0), (293.0, "right", 67.0), (67.0, "left", -67.0)):
+        summary = parse_summary(f"member = pinion\nhand = {hand}\ncradle angle = {angle}")
+        assert summary.tables["pinion"]["machine"]["cradle_angle"] == f"{expected!r} deg"
     tables = parse_summary("member, gear\ncradle test roll, 30\nwork test roll, 29.95").tables
     assert tables["gear"]["machine"]["roll_ratio"] == pytest.approx(29.95 / 30.0)
 
@@ -110,7 +107,6 @@ def test_test_rolls_give_the_ratio() -> None:
         ("teeth, 41", "line 1"),
         ("member, gear\nradial, 4.1", "line 2 (radial)"),
         ("member, gear\nradial, 4.1 deg", "line 2 (radial)"),
-        ("member, gear\nradial, long", "line 2 (radial)"),
         ("member, gear\nnc/75, 0.5", "gear: nc/75"),
         ("member, pinion\nteeth, inf", "line 2 (teeth)"),
     ],
@@ -130,3 +126,60 @@ def test_two_values_of_a_setting_are_refused() -> None:
 def test_missing_file(tmp_path: Path) -> None:
     with refuses("summary"):
         read_summary(tmp_path / "none.csv")
+
+
+PAIR = "fm_spiral_bevel_14x39"
+Cli = Callable[..., Any]
+
+
+@pytest.mark.parametrize("units", ["metric", "inch"])
+@pytest.mark.parametrize("name", bevel_names())
+def test_sheet_of_every_shipped_design_is_read_back(name: str, units: Any, tmp_path: Path) -> None:
+    design = load_design(name)
+    sheet = tmp_path / "sheet.csv"
+    sheet.write_text(sheet_text(design, units), encoding="utf-8")
+    assert read_summary(sheet).unread == ()
+    text, notes = design_from_sheet(sheet, name)
+    assert notes == []
+    path = tmp_path / "again.toml"
+    path.write_text(text, encoding="utf-8")
+    again = load_design(path)
+    for member in ("pinion", "gear"):
+        first, second = (pd.json_normalize(getattr(d, member).model_dump()) for d in (design, again))
+        # angles pass through degrees with twelve digits
+        pd.testing.assert_frame_equal(first, second, check_dtype=False, rtol=2e-11, atol=1e-15)
+    assert again.operation == design.operation
+    assert again.assembly == design.assembly
+
+
+def test_a_sheet_as_papers_print_it(mixed_ehl: Cli, tmp_path: Path) -> None:
+    """Zeros of a Formate gear, labels with units, decimal commas, cp1252; the hands are those of the other design."""
+    base, sheet, output = load_design("fm_hypoid_13x42"), tmp_path / "sheet.csv", tmp_path / "again.toml"
+    text = sheet_text(base, "metric")
+    lines = ["Setting sheet, 20 \u00b0C"]
+    for line in text.splitlines():
+        label, _, value = (part.strip() for part in line.partition(","))
+        if label == "cradle angle":
+            value = str(abs(float(value)))
+        label = {"radial setting": "Radial distance [mm]", "cradle angle": "Cradle angle (\u00b0)"}.get(label, label)
+        if label != "hand":
+            lines.append(f"{label};{value.replace('.', ',')};;" if label != "name" else line)
+    for after in [k for k, line in enumerate(lines) if line.startswith("process;formate")][::-1]:
+        lines[after + 1 : after + 1] = ["ratio of roll;0", "helical motion (mm/rad);0", "modified roll 2c;0"]
+    sheet.write_bytes("\r\n".join(lines).encode("cp1252"))
+    outcome = mixed_ehl("import", sheet, "-o", output, "--like", "fm_hypoid_13x42")
+    assert outcome.code == 0, outcome.err
+    again = load_design(output)
+    for member in ("pinion", "gear"):
+        for flank in ("concave", "convex"):
+            first, second = (getattr(getattr(d, member), flank).machine for d in (base, again))
+            assert second.radial_setting == pytest.approx(first.radial_setting, rel=1e-9)
+            assert second.cradle_angle == pytest.approx(first.cradle_angle, rel=1e-9)
+    sheet.write_text("\n".join(line.replace("ratio of roll;0", "ratio of roll;3") for line in lines), encoding="utf-8")
+    assert mixed_ehl("import", sheet, "-o", output, "--like", "fm_hypoid_13x42").code == 2
+
+
+def test_all_lines_that_cannot_be_used_are_reported_together() -> None:
+    with pytest.raises(InputError) as caught:
+        parse_summary("member, gear\nteeth, 41.5\nradial [deg], 90\nhand, middle")
+    assert [problem.field for problem in caught.value.problems] == ["line 2 (teeth)", "line 3", "line 4 (hand)"]

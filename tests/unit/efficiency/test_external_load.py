@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -46,10 +46,6 @@ def columns(lines: list[str]) -> dict[str, list[str]]:
     return dict(zip(names, map(list, zip(*(line.split(",") for line in lines[2:]), strict=True)), strict=True))
 
 
-def rewritten(head: str, names: list[str], values: list[list[object]]) -> list[str]:
-    return [head, ",".join(names), *(",".join(map(str, row)) for row in zip(*values, strict=True))]
-
-
 def test_round_trip(lines: list[str], loaded: LoadedGrids, geared: Mesh, tmp_path: Path) -> None:
     foreign = read(lines, tmp_path, geared)
     assert foreign.fine.torque_residual < 1e-12
@@ -59,7 +55,6 @@ def test_round_trip(lines: list[str], loaded: LoadedGrids, geared: Mesh, tmp_pat
     result = mesh_efficiency(foreign, ConstantFriction(0.05), OIL, OPERATION)
     assert result.status == "converged"
     assert result.to_dict()["cycle"]["transmission_error_loaded"] is None
-    assert any("1.0000 of the stated torque" in note for note in result.notes)
 
 
 @pytest.mark.parametrize("spreadsheet", [False, True])
@@ -76,22 +71,24 @@ def test_a_saved_load_gives_the_loss_of_the_run(spreadsheet: bool, geared: Mesh,
             path.write_bytes("\r\n".join([f"{head};;;;", friction, *rest]).encode("utf-16"))
         again = geared.load_from(path).efficiency(model, bulk=bulk)
         assert again.conditions.load_balance == "frictional"
-        assert again.conditions.temperature_bulk_pinion == pytest.approx(
-            own.conditions.temperature_bulk_pinion, abs=1e-6
-        )
+        warm, own_warm = (each.conditions.temperature_bulk_pinion for each in (again, own))
+        assert warm == pytest.approx(own_warm, abs=1e-6)
         assert again.power_loss == pytest.approx(own.power_loss, rel=1e-9)
         assert again.pressure_hertz_max == pytest.approx(own.pressure_hertz_max, rel=1e-9)
 
 
 def test_other_units_and_load_per_length(lines: list[str], loaded: LoadedGrids, geared: Mesh, tmp_path: Path) -> None:
     old = columns(lines)
-    per_length = [float(f) / float(s) for f, s in zip(old["force"], old["length"], strict=True)]
-    degrees = [math.degrees(float(angle)) for angle in old["pinion_angle"]]
-    micrometres = [1e3 * float(x) for x in old["face_gear"]]
-    names = ["pinion_angle [deg]", "grid", "face_gear [um]", "height_gear [mm]"]
-    names += ["load_per_length [N/mm]", "length [mm]"]
-    values: list[list[object]] = [degrees, old["grid"], micrometres, old["height_gear"], per_length, old["length"]]  # type: ignore[list-item]
-    foreign = read(rewritten("# torque = 0.3 kN m", names, values), tmp_path, geared)
+    new: dict[str, list[Any]] = {
+        "pinion_angle [deg]": [math.degrees(float(angle)) for angle in old["pinion_angle"]],
+        "grid": old["grid"],
+        "face_gear [um]": [1e3 * float(x) for x in old["face_gear"]],
+        "height_gear [mm]": old["height_gear"],
+        "load_per_length [N/mm]": [float(f) / float(s) for f, s in zip(old["force"], old["length"], strict=True)],
+        "length [mm]": old["length"],
+    }
+    rows = [",".join(map(str, row)) for row in zip(*new.values(), strict=True)]
+    foreign = read(["# torque = 0.3 kN m", ",".join(new), *rows], tmp_path, geared)
     for p, q in zip(loaded.fine.positions, foreign.fine.positions, strict=True):
         assert q.force.sum() == pytest.approx(p.force.sum(), rel=1e-9)
         # the tooth pair follows from the place
@@ -109,9 +106,8 @@ def test_points_in_space_without_lengths(lines: list[str], loaded: LoadedGrids, 
     own, again = (mesh_efficiency(mesh, ConstantFriction(0.05), OIL, OPERATION) for mesh in (loaded, foreign))
     assert again.efficiency == pytest.approx(own.efficiency, rel=1e-9)
     # lengths come from the spacing of the points: pressures agree but for the ends of the loaded parts
-    assert np.median([p.pressure_hertz.max() for p in foreign.fine.positions]) == pytest.approx(
-        float(np.median([p.pressure_hertz.max() for p in loaded.fine.positions])), rel=0.1
-    )
+    one, two = (np.median([p.pressure_hertz.max() for p in mesh.fine.positions]) for mesh in (loaded, foreign))
+    assert two == pytest.approx(one, rel=0.1)
 
 
 def change(number: int, name: str, value: str) -> Callable[[list[str]], list[str]]:
@@ -131,7 +127,6 @@ def change(number: int, name: str, value: str) -> Callable[[list[str]], list[str
     [
         (change(5, "face_gear", "27.4"), "load.csv, row 5.*27.4 mm from the toe"),
         (change(7, "height_gear", "-3"), "load.csv, row 7.*root of the gear"),
-        (change(4, "force", "much"), "load.csv, row 4, force"),
         (change(4, "force", "nan"), "load.csv, row 4, force"),
         (change(6, "force", "-1"), "load.csv, row 6, force"),
         (lambda lines: ["# torque = 0 N m", *lines[1:]], "torque.*above 0 N m"),
@@ -143,7 +138,6 @@ def change(number: int, name: str, value: str) -> Callable[[list[str]], list[str
         (lambda lines: [lines[0], lines[1].replace("[N]", "[kg]"), *lines[2:]], "force.*kg"),
         (lambda lines: [lines[0], lines[1].replace("force", "strength"), *lines[2:]], "strength"),
         (lambda lines: [lines[0], lines[1].replace("pair []", "x [mm]"), lines[2] + ",1", *lines[3:]], "row 3"),
-        (lambda lines: lines[:5], "about the pinion axis"),
         (lambda lines: [*lines[:2], *lines[-3:]], "grid 0"),
         # the first position is missing
         (lambda lines: [line for line in lines if line.split(",")[0] != lines[2].split(",")[0]], "pinion_angle"),

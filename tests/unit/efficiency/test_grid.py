@@ -1,12 +1,9 @@
-"""Energies of a duty cycle, and efficiency over any axes: each geometry and each load once.
-
-Maps from few solved points: what is interpolated, how well, and when every point is solved.
-"""
+"""Energies of a duty cycle, efficiency over any axes, and maps from few solved points."""
 
 import json
 import math
 from dataclasses import replace
-from pathlib import Path
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -15,7 +12,6 @@ from refusals import refuses
 
 import efficiency
 import efficiency.mesh
-import regression
 from efficiency.conditions.conditions import split_axes
 from efficiency.conditions.duty import DutyRow
 from efficiency.conditions.grid import Evaluator, Grid, _largest, _nodes
@@ -23,9 +19,7 @@ from efficiency.design.design import load_design
 from efficiency.loss.efficiency import load_grids
 from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.mesh import Mesh
-from efficiency.output.tables import map_table
 from efficiency.pair import GearPair
-from ehl.common.data import reason_text
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.progress import Progress
 from regression.formula import friction_model
@@ -65,15 +59,12 @@ def test_energies_add_up(loads: list[float]) -> None:
     assert cycle.efficiency == pytest.approx(1.0 - cycle.total("energy_loss") / cycle.total("energy_input"), rel=1e-14)
     content = cycle.to_dict()
     assert json.loads(json.dumps(content)) == content
-    assert content["total"]["hours"] == 3.5
-    assert list(cycle.to_frame()["side"]) == ["drive", "coast", "drive"]
 
 
 def test_a_failed_row_is_no_number() -> None:
     broken = replace(MODEL, local=lambda c, base: np.full(c["film_formula"].shape, np.nan))
     cycle = PAIR.duty([DutyRow(200.0, 125.0, 363.15, 2.0)], broken, grid=GRID)
-    assert (cycle.status, cycle.reason) == ("failed", f"1 of 1 rows: {reason_text('friction_undefined')}")
-    assert cycle.to_dict()["total"]["efficiency"] is None
+    assert (cycle.status, cycle.to_dict()["total"]["efficiency"]) == ("failed", None)
 
 
 def test_axes_in_any_order_and_each_load_once(loads: list[float], monkeypatch: pytest.MonkeyPatch) -> None:
@@ -87,12 +78,8 @@ def test_axes_in_any_order_and_each_load_once(loads: list[float], monkeypatch: p
         return true(design, *arguments)
 
     monkeypatch.setattr(Mesh, "of", make_mesh)
-    axes = {
-        "temperature": [333.15, 363.15],
-        "E": [0.0, 1e-3],
-        "torque": [100.0, 200.0],
-        "roughness_rms_each": [2e-7, 4e-7],
-    }
+    axes = {"temperature": [333.15, 363.15], "E": [0.0, 1e-3], "torque": [100.0, 200.0]}
+    axes |= {"roughness_rms_each": [2e-7, 4e-7]}
     done: list[Progress] = []
     found = GearPair(DESIGN).over(MODEL, grid=GRID, progress=done.append, **axes)
     assert found.shape == (2, 2, 2, 2)
@@ -106,13 +93,8 @@ def test_axes_in_any_order_and_each_load_once(loads: list[float], monkeypatch: p
     # a geometry that does not mesh is a reason at its points
     assert np.isnan(values[:, 1]).all()
     assert np.isfinite(values[:, 0]).all()
-    assert found.reason == f"8 of 16 points: {reason_text('no_contact')}"
     assert json.dumps(found.to_dict())
-    frame = found.to_frame()
-    assert len(frame) == 16
-    assert set(frame["status"]) == {"converged", "failed"}
-    # what reaches the reader of a single point comes with every point of a grid
-    assert {"outside_range_share", "notes", "reason"} <= set(frame.columns)
+    assert found.to_frame()["status"].value_counts().to_dict() == {"converged": 8, "failed": 8}
 
 
 def test_grid_of_a_pair_is_the_single_run() -> None:
@@ -129,9 +111,8 @@ def test_grid_of_a_pair_is_the_single_run() -> None:
     ("axes", "words"),
     [
         ({"offset": [1.0]}, "one of design, side, E"),
-        ({"torque": []}, "at least one value"),
-        ({"torque": [-1.0]}, "above 0"),
-        ({"torque": "100:200 N m"}, "from:to:number unit"),
+        ({"torque": []}, "torque"),
+        ({"torque": "100:200 N m"}, "torque"),
         ({"roughness_rms_each": [1e-3]}, "roughness_rms_each"),
         ({"roughness_rms_each": [1e-7], "roughness_rms_gear": [1e-7]}, "roughness_rms_each"),
     ],
@@ -141,54 +122,11 @@ def test_bad_axes(axes: dict[str, Any], words: str) -> None:
         PAIR.over(MODEL, **axes)
 
 
-def test_a_friction_model_is_a_name_a_path_or_a_model(tmp_path: Path) -> None:
-    loaded = PAIR.mesh("drive", *GRID).load(200.0)
-    formula = regression.friction_model("75w90")
-    formula.save(tmp_path / "formula.json")
-    assert loaded.efficiency(tmp_path / "formula.json").power_loss == loaded.efficiency(formula).power_loss
-    assert len(loaded.compare("constant:0.05").rows) == len(loaded.compare(["constant:0.05"]).rows)
-    with refuses("friction model"):
-        loaded.efficiency(0.05)  # type: ignore[arg-type]
-    with refuses("duty"):
-        PAIR.duty([{"torque": 100.0}], MODEL, grid=GRID)  # type: ignore[list-item]
-
-
-@pytest.mark.parametrize(
-    "call",
-    [
-        lambda **rough: PAIR.at(MODEL, grid=GRID, **rough),
-        lambda **rough: PAIR.over(MODEL, grid=GRID, **rough),
-        lambda **rough: PAIR.duty([DutyRow(200.0, 125.0, 363.15, 2.0)], MODEL, grid=GRID, **rough),
-        lambda **rough: PAIR.mesh("drive", *GRID).load(200.0).efficiency(MODEL, **rough),
-        lambda **rough: efficiency.study([DESIGN], MODEL, grid=GRID, **rough),
-    ],
-)
+@pytest.mark.parametrize("call", [PAIR.at, PAIR.over, partial(efficiency.study, [DESIGN]), partial(PAIR.duty, [])])
 def test_composite_roughness_is_refused(call: Any) -> None:
-    """Rq of both surfaces together is no Rq of a flank: the message names the keywords of the flanks."""
-    with pytest.raises(InputError) as error:
-        call(roughness_rms="0.4 um")
-    assert error.value.field == "roughness_rms"
-    assert {"roughness_rms_each", "roughness_rms_pinion", "roughness_rms_gear"} <= set(
-        error.value.allowed.replace(",", " ").split()
-    )
-
-
-def test_strength_of_a_map_and_a_point_without_a_result() -> None:
-    """The grades of each point; a point that has no geometry leaves its cells empty."""
-
-    def solve(conditions: Any) -> Any:
-        if any(condition["torque"] > 300.0 for condition in conditions):
-            raise ConvergenceError("no_contact", "no tooth pair can touch")
-        return [PAIR.at(MODEL, grid=GRID, many=True, **condition) for condition in conditions]
-
-    grid = Evaluator(solve, strength=True).grid({"torque": [200.0, 400.0]})
-    solved, failed = map_table(grid).records()
-    strength = grid.results[0].strength
-    assert solved["strength"] == strength.status
-    assert solved["safety_root_pinion"] == strength.safety_root_pinion
-    assert failed["safety_root_pinion"] is None
-    assert (failed["status"], failed["reason"]) == ("failed", "no_contact")
-    assert "strength" not in map_table(PAIR.mesh("drive", *GRID).over(MODEL, torque=[200.0])).records()[0]
+    """Rq of both surfaces together is no Rq of a flank."""
+    with refuses("roughness_rms"):
+        call(MODEL, grid=GRID, roughness_rms="0.4 um")
 
 
 def test_ratios_over_a_duty_cycle() -> None:
@@ -200,7 +138,6 @@ def test_ratios_over_a_duty_cycle() -> None:
     assert (low.energy_factor, low.loss_factor) == (1.0, 1.0)
     ratios = np.array([high.loss_factor, high.energy_factor, high.energy_factor_min, high.energy_factor_max])
     np.testing.assert_allclose(ratios, 1.5, rtol=0.03)
-    assert high.energy_factor_min <= high.energy_factor <= high.energy_factor_max
     cycle = pair.duty(rows, "constant:0.06", grid=(4, 9))
     assert high.energy_loss == pytest.approx(cycle.total("energy_loss"))
     assert np.isnan(next(row for row in found if row.kind == "closed form").energy_loss)
@@ -223,6 +160,7 @@ def test_interpolated_points_agree_with_solved_ones(maps: tuple[Any, Any]) -> No
     few, every = maps
     between = np.array([bool(point.interpolated) for point in few.points]).reshape(few.shape)
     assert len(every.results) == POINTS
+    assert [p["interpolated"] for p in json.loads(json.dumps(few.to_dict()))["points"]] == between.ravel().tolist()
     assert len(few.results) == POINTS - between.sum() <= 0.5 * POINTS
     # solved points are those of the whole map
     assert np.all(few.values()[~between] == every.values()[~between])
@@ -231,41 +169,15 @@ def test_interpolated_points_agree_with_solved_ones(maps: tuple[Any, Any]) -> No
     assert np.all(few.values("efficiency_error")[between] > few.interpolation_error * (1.0 - few.values()[between]))
     loss = np.abs(np.log(few.values("power_loss") / every.values("power_loss")))[between]
     assert 0.0 < np.median(loss) < few.interpolation_error
-    for name, tolerance in (
-        ("friction_coefficient_mean", 1e-2),  # few points a line: the load itself is uneven over the torque
-        ("power_loss_rolling", 1e-1),
-        ("pressure_hertz_max", 3e-2),
-        ("efficiency_with_rolling", 1e-4),
-        ("power_input", 1e-12),
-        ("power_output", 1e-3),
-        ("efficiency_lower", 2e-4),
-        ("efficiency_upper", 2e-4),
-    ):
-        np.testing.assert_allclose(
-            few.values(name)[between], every.values(name)[between], rtol=tolerance, atol=0.0, err_msg=name
-        )
+    # few points a line: the load itself is uneven over the torque
+    tolerances = {"friction_coefficient_mean": 1e-2, "power_loss_rolling": 1e-1, "pressure_hertz_max": 3e-2}
+    tolerances |= {"efficiency_with_rolling": 1e-4, "power_input": 1e-12, "power_output": 1e-3}
+    tolerances |= {"efficiency_lower": 2e-4, "efficiency_upper": 2e-4}
+    for name, tolerance in tolerances.items():
+        found, wanted = (grid.values(name)[between] for grid in (few, every))
+        np.testing.assert_allclose(found, wanted, rtol=tolerance, atol=0.0, err_msg=name)
     # edges carry from some torque on: between solved points nothing is stated of them
     assert np.isnan(few.values("pressure_edge")[between]).all()
-
-
-def test_a_map_says_which_points_are_interpolated(maps: tuple[Any, Any]) -> None:
-    few, every = maps
-    content = json.loads(json.dumps(few.to_dict()))
-    flags = [point["interpolated"] for point in content["points"]]
-    assert sum(flags) == POINTS - len(few.results)
-    assert content["interpolation_error"] == few.interpolation_error
-    assert all(point["efficiency_lower"] < point["efficiency"] for point in content["points"])
-    assert not any("strength" in point for point in content["points"])
-    assert few.to_frame()["interpolated"].sum() == sum(flags)
-    assert few.interpolation
-    assert every.interpolation == ""
-    assert not every.to_frame()["interpolated"].any()
-
-
-def test_without_a_request_there_is_no_interval() -> None:
-    grid = PAIR.mesh("drive", *GRID).map(MODEL, [100.0, 200.0])
-    assert "efficiency_lower" not in grid.to_dict()["points"][0]
-    assert "inputs" not in grid.results[0].__dict__
 
 
 def interpolated(axes: dict[str, list[float]], at: Any) -> Grid:
@@ -292,9 +204,10 @@ def _solve(loss: Any, reason: Any = lambda torque: "") -> tuple[Any, list[float]
 
 def test_a_law_of_powers_is_exact() -> None:
     solve, called = _solve(lambda torque: 0.01 * (torque / 100.0) ** 0.3)
-    grid = interpolated({"torque": TORQUE}, solve)
-    assert len(called) < len(TORQUE)
-    np.testing.assert_allclose(grid.values(), 1.0 - 0.01 * (np.array(TORQUE) / 100.0) ** 0.3, rtol=1e-12)
+    for torques in (TORQUE, TORQUE[::-1]):
+        grid = interpolated({"torque": torques}, solve)
+        np.testing.assert_allclose(grid.values(), 1.0 - 0.01 * (np.array(torques) / 100.0) ** 0.3, rtol=1e-12)
+    assert len(called) < 2 * len(TORQUE)
 
 
 @pytest.mark.parametrize(
@@ -317,16 +230,6 @@ def test_short_axes_and_repeated_values_are_solved(torques: list[float]) -> None
     solve, called = _solve(lambda torque: 0.01)
     interpolated({"torque": torques}, solve)
     assert sorted(called) == sorted(torques)
-
-
-def test_values_in_any_order() -> None:
-    solve, _ = _solve(lambda torque: 0.01 * (torque / 100.0) ** 0.3)
-    mixed = TORQUE[::-1]
-    np.testing.assert_allclose(
-        interpolated({"torque": mixed}, solve).values(),
-        interpolated({"torque": TORQUE}, solve).values()[::-1],
-        rtol=1e-12,
-    )
 
 
 def test_stated_error_is_three_times_the_largest_difference_between_nodes() -> None:

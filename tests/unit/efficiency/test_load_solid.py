@@ -8,12 +8,7 @@ from refusals import fails, refuses
 
 from efficiency.contact.tooth_grid import ToothGrid, tooth_grid
 from efficiency.design.design import BACKUP_RATIO, BodyInput, Design, load_design
-from efficiency.ltca.ritz_solid import (
-    Orders,
-    RitzSolid,
-    ritz_solid,
-    tooth_cell,
-)
+from efficiency.ltca.ritz_solid import Orders, RitzSolid, ritz_solid, tooth_cell
 from efficiency.ltca.solid_tooth import SolidTooth, ToothBody, ring_response, solid_tooth
 from ehl.material import Material
 
@@ -42,16 +37,6 @@ def test_cell_follows_the_flanks(grid: ToothGrid) -> None:
         points, _ = cell.tooth.place(np.full_like(b, side), b, c)
         expected = grid.point(azimuth, grid.u, grid.height)[5:, 1:-1].reshape(-1, 3)
         np.testing.assert_allclose(points, expected, atol=2e-5)
-
-
-def test_free_cell_can_be_shifted_without_force(grid: ToothGrid) -> None:
-    solid = cell_solid(grid, frozenset())
-    shift = np.zeros((3, solid.count))
-    for functions in solid.functions.values():
-        shift[1, functions.number[(functions.degrees[:, :2] < 2).all(axis=1) & (functions.degrees[:, 2] == 0)]] = 1.0
-    force = solid.stiffness @ shift.ravel()
-    assert np.abs(force).max() < 1e-9 * np.abs(solid.stiffness).max()
-    assert np.linalg.eigvalsh(solid.stiffness)[0] > -1e-9 * np.abs(solid.stiffness).max()
 
 
 def test_ring_is_the_assembly_of_its_cells(grid: ToothGrid) -> None:
@@ -86,32 +71,14 @@ def test_ring_is_the_assembly_of_its_cells(grid: ToothGrid) -> None:
     np.testing.assert_allclose(response.ahead[1], reading @ expands[2] @ moved, atol=1e-8 * scale)
 
 
-def flank_points() -> tuple[np.ndarray, np.ndarray]:
-    face, share = np.meshgrid(np.linspace(0.1, 0.9, 5) * 25.4e-3, np.linspace(0.2, 0.95, 4), indexing="ij")
-    return face.ravel(), share.ravel()
-
-
-def influence(tooth: SolidTooth, face: np.ndarray, height: np.ndarray) -> np.ndarray:
-    return tooth.influences([(face, height, np.zeros(face.size, np.int64))])[0]
-
-
-def test_compliance_is_symmetric_and_positive(grid: ToothGrid) -> None:
-    tooth = solid_tooth(grid, "convex", ToothBody(STEEL, RIM))
-    face, share = flank_points()
-    matrix = influence(tooth, face, share * tooth.whole_depth(face))
-    np.testing.assert_array_equal(tooth.own, tooth.own.T)
-    assert np.linalg.eigvalsh(tooth.own)[0] > -1e-12 * np.linalg.norm(tooth.own)
-    assert np.linalg.eigvalsh(0.5 * (matrix + matrix.T))[0] > 0.0
-    assert tooth.discarded < 0.05
-    assert np.all(np.diff([np.abs(ahead).max() for ahead in tooth.ahead]) < 0.0)
-    thickest = float(tooth.depth([12e-3], [1e-3])[0])
-    assert 1.5e-3 < float(tooth.depth([12e-3], [6e-3])[0]) < thickest < 4e-3
+def influence(tooth: SolidTooth) -> np.ndarray:
+    """Between 20 points of the flank."""
+    face, share = (x.ravel() for x in np.meshgrid(np.linspace(0.1, 0.9, 5) * 25.4e-3, np.linspace(0.2, 0.95, 4)))
+    return tooth.influences([(face, share * tooth.whole_depth(face), np.zeros(face.size, np.int64))])[0]
 
 
 def mean_compliance(grid: ToothGrid, rim: float = RIM, **given: object) -> float:
-    tooth = solid_tooth(grid, "convex", ToothBody(STEEL, rim, **given), LOW)  # type: ignore[arg-type]
-    face, share = flank_points()
-    return float(influence(tooth, face, share * tooth.whole_depth(face)).mean())
+    return float(influence(solid_tooth(grid, "convex", ToothBody(STEEL, rim, **given), LOW)).mean())  # type: ignore[arg-type]
 
 
 def test_body_and_how_it_is_held(grid: ToothGrid) -> None:
@@ -140,8 +107,7 @@ def test_default_rim_and_its_limit(design: Design, tmp_path: Path) -> None:
     file = tmp_path / "design.toml"
     file.write_text(text + '\n[pinion.body]\nrim_thickness = "12 mm"\nheld = ["base", "heel"]\n', encoding="utf-8")
     body = load_design(file).pinion.body
-    assert body.rim_thickness == pytest.approx(0.012)
-    assert body.held == ("base", "heel")
+    assert (body.rim_thickness, body.held) == (pytest.approx(0.012), ("base", "heel"))
     file.write_text(text + '\n[pinion.body]\nrim_thickness = "60 mm"\n', encoding="utf-8")
     with refuses("pinion.body.rim_thickness"):
         load_design(file)

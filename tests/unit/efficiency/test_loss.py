@@ -1,6 +1,5 @@
 """Loss, result, map and what they refuse, on a small real mesh."""
 
-import json
 import math
 from dataclasses import dataclass, replace
 from typing import Any
@@ -16,15 +15,11 @@ from efficiency.loss.closed_form import coleman_type
 from efficiency.loss.efficiency import LoadedGrids, MeshGrids, load_grids, mesh_efficiency
 from efficiency.loss.kinematics import LoadedPoints, Operation
 from efficiency.loss.power_loss import efficiency_of, position_losses
-from efficiency.ltca.limits import limit_notes
 from efficiency.ltca.load_distribution import distribute_load
-from efficiency.output.plots_load import plot_friction_and_loss, plot_load_sharing, plot_map
 from efficiency.pair import GearPair
-from ehl.common.data import reason_text
 from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
 from ehl.state import ContactState
-from ehl.uncertainty.spread import UncertaintyInput
 from regression.friction.conditions import Conditions
 from regression.friction.models import ConstantFriction, FrictionEstimate, FrictionFlag, FrictionModel
 
@@ -68,15 +63,6 @@ def test_power_is_friction_force_times_sliding_speed() -> None:
     assert efficiency_of(7.0, 10.0, 7.0) == pytest.approx(0.9)
 
 
-def test_interval_of_the_friction_model_becomes_one_of_the_efficiency(loaded: LoadedGrids) -> None:
-    """10 % either way at two standard deviations, all points wrong the same way; the interval holds 90 %."""
-    exact = replace(OPERATION, uncertainty=UncertaintyInput.none())
-    result = mesh_efficiency(loaded, FromPressure(), OIL, exact)
-    loss, scale = 1.0 - result.efficiency, 1.644854 / 2.0
-    assert 1.0 - result.efficiency_lower == pytest.approx(1.1**scale * loss, rel=1e-6)
-    assert 1.0 - result.efficiency_upper == pytest.approx(0.9**scale * loss, rel=1e-6)
-
-
 def test_points_outside_the_range_are_told(loaded: LoadedGrids) -> None:
     result = mesh_efficiency(loaded, FromPressure(), OIL, OPERATION)
     pressure = result.points.state.pressure_hertz
@@ -85,7 +71,6 @@ def test_points_outside_the_range_are_told(loaded: LoadedGrids) -> None:
     assert result.friction_range.flags["outside_range"] == np.count_nonzero(pressure > 1e9) > 0
     lost = result.friction.mu * power
     assert result.friction_range.flag_shares["outside_range"] == pytest.approx(lost[pressure > 1e9].sum() / lost.sum())
-    assert sum(result.friction_range.flag_shares.values()) == pytest.approx(1.0)
     assert result.status == "converged"
 
 
@@ -103,23 +88,15 @@ def test_missing_friction_is_a_failure_not_a_number(loaded: LoadedGrids, flag: F
     shares = result.friction_range.flag_shares
     assert shares[flag.name.lower()] == pytest.approx(lost[unknown].sum() / lost.sum())
     assert result.to_dict()["efficiency"] is None
-    assert any("has no value at" in note for note in result.notes)
-    assert plot_friction_and_loss(result).get_title().endswith(reason_text(reason))
 
 
 def test_pressure_above_the_hardness_fails_and_says_where(mesh: MeshGrids) -> None:
     soft = mesh.teeth.material_gear.model_copy(update={"hardness": 1.2e9})
     weak = replace(mesh, teeth=replace(mesh.teeth, material_gear=soft))
     result = mesh_efficiency(load_grids(weak, 200.0), ConstantFriction(0.05), OIL, OPERATION)
-    pressure = result.points.state.pressure_hertz
-    above = np.count_nonzero(pressure > 1.2e9)
-    assert 0 < above < pressure.size
     assert (result.status, result.reason) == ("failed", "pressure_above_hardness")
-    assert math.isnan(result.efficiency)
-    assert math.isnan(result.power_loss)
-    assert result.pressure_hertz_max == pressure.max()
-    assert f"hardness of the softer member at {above} of {pressure.size} loaded" in result.notes[0]
-    assert result.to_dict()["notes"] == [reason_text(result.reason), *result.notes]
+    assert np.isnan([result.efficiency, result.power_loss]).all()
+    assert result.pressure_hertz_max == result.points.state.pressure_hertz.max()
     # a torque at which no point reaches it
     light = mesh_efficiency(load_grids(weak, 5.0), ConstantFriction(0.05), OIL, OPERATION)
     assert light.status == "converged"
@@ -131,18 +108,10 @@ def test_flanks_that_do_not_match_are_noted_or_refused() -> None:
         GearPair(DESIGN.model_copy(update={"assembly": DESIGN.assembly.model_copy(update={"hypoid_offset": offset})}))
         for offset in (0.003, 0.01)
     )
-    result = near.at(grid=COARSE)
-    arcsec = math.degrees(result.cycle.transmission_error_unloaded) * 3600.0
-    assert arcsec > 100.0
-    assert any(f"transmission error, {arcsec:.0f} arcsec peak to peak" in note for note in result.notes)
+    arcsec = math.degrees(near.at(grid=COARSE).cycle.transmission_error_unloaded) * 3600.0
+    assert any(f"transmission error, {arcsec:.0f} arcsec peak to peak" in note for note in near.at(grid=COARSE).notes)
     with fails("transmission"):
         far.at(grid=COARSE)
-
-
-def test_a_load_inside_the_flank_needs_no_note(loaded: LoadedGrids) -> None:
-    positions = tuple(replace(p, at_edge=np.zeros_like(p.at_edge)) for p in loaded.fine.positions)
-    inner = replace(loaded.fine, positions=positions)
-    assert limit_notes(inner, loaded.mesh.teeth, loaded.mesh.unloaded_error) == ()
 
 
 def test_failed_load_is_a_failure(mesh: MeshGrids, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -185,12 +154,11 @@ def test_impossible_roughness_is_refused() -> None:
             Operation(100.0, 363.15, *rough)
 
 
-def test_run_functions_agree_and_figures_show_the_result() -> None:
+def test_run_functions_agree() -> None:
     result = PAIR.at("xu_kahraman_2007", grid=COARSE)
     assert result.conditions.torque == DESIGN.operation.torque
     comparison = PAIR.compare(("xu_kahraman_2007",), grid=COARSE)
     assert comparison.rows[0].efficiency == result.efficiency
-    assert comparison.reference == "xu_kahraman_2007"
     fitted = comparison.rows[1]
     assert fitted.name.endswith("fitted to xu_kahraman_2007")
     # the same mean mu, spread otherwise over the flank: the forces that balance it are not quite the same
@@ -202,20 +170,8 @@ def test_run_functions_agree_and_figures_show_the_result() -> None:
     closed = next(row for row in comparison.rows if row.name == "Coleman-type (this work)")
     assert closed.efficiency == coleman_type(PAIR.mesh("drive", *COARSE).pitch, 0.05)
     for row in comparison.rows:
-        assert row.power_loss == pytest.approx(
-            (1.0 - row.efficiency) * result.conditions.torque * result.conditions.speed, rel=1e-9
-        )
-    regions = np.array(comparison.rows[0].loss_regions)
-    assert regions.shape == (3, 3)
-    assert regions.sum() == pytest.approx(1.0, rel=1e-12)
-    assert regions.min() >= 0.0
+        assert row.power_loss == pytest.approx((1.0 - row.efficiency) * result.power_input, rel=1e-9)
+    assert np.sum(comparison.rows[0].loss_regions) == pytest.approx(1.0, rel=1e-12)
     map_ = PAIR.mesh("drive", *COARSE).map("xu_kahraman_2007", [300.0, 100.0], None, [333.15, 363.15])
     assert map_.shape == (2, 1, 2)
     assert map_.values()[0, 0, 1] == pytest.approx(result.efficiency, abs=2e-5)
-    assert json.dumps(map_.to_dict())
-
-    sharing = plot_load_sharing(result).lines[0].get_ydata()
-    assert np.max(sharing) == pytest.approx(max(max(p.share.values()) for p in result.load.positions))
-    loss = plot_friction_and_loss(result).figure.axes[1].lines[0].get_ydata()
-    np.testing.assert_array_equal(loss, result.cycle.power_loss)
-    assert [len(axes.lines) for axes in plot_map(map_).figure.axes] == [2, 2]

@@ -61,11 +61,9 @@ def test_patch_of_distorted_elements_strains_evenly() -> None:
     nodes[inside & corner] += np.random.default_rng(3).uniform(-0.08, 0.08, (int((inside & corner).sum()), 3))
     # middles of edges stay in the middle
     for place in np.flatnonzero(np.abs(CORNERS_AND_EDGES).sum(axis=1) == 2):
-        axis = int(np.flatnonzero(CORNERS_AND_EDGES[place] == 0)[0])
-        ends = [
-            np.flatnonzero((CORNERS_AND_EDGES[place] + step * np.eye(3)[axis] == CORNERS_AND_EDGES).all(axis=1))[0]
-            for step in (-1, 1)
-        ]
+        middle = CORNERS_AND_EDGES[place]
+        ways = [middle + step * (middle == 0) for step in (-1, 1)]
+        ends = [np.flatnonzero((way == CORNERS_AND_EDGES).all(axis=1))[0] for way in ways]
         nodes[elements[:, place]] = 0.5 * nodes[elements[:, ends]].sum(axis=1)
     stiffness = element_stiffness(nodes[elements], np.full(len(elements), E), 0.3)
     gradient = np.array([[1.0, 0.3, -0.2], [0.5, -0.4, 0.1], [0.2, 0.6, 0.7]])

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from refusals import refuses
 
 from efficiency.contact.contact_lines import conjugate_fields, sectioned_fields
 from efficiency.contact.flank_pair import flank_pair
@@ -118,39 +119,24 @@ TEXT = data_path("designs", f"{PAIR}.toml").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(
-    ("tables", "field", "remedy"),
+    ("tables", "field"),
     [
-        ('tip = { amount = "20 um", length = "30 mm" }', "gear.edge_relief.tip.length", "whole depth"),
-        ('tip = { amount = "-20 um", length = "1 mm" }', "gear.edge_relief.tip.amount", "above 0"),
-        ('tip = { amount = "20 um", length = "1 mm", form = "wavy" }', "gear.edge_relief.tip.form", "'circular'"),
-        ('tip = { amount = "0.9 mm", length = "0.5 mm" }', "gear.edge_relief.tip.amount", "at most its length"),
-        ('heel = { amount = "20 um" }', "gear.edge_relief.heel.length", "is missing"),
-        (
-            'toe = { amount = "20 um", length = "20 mm" }\nheel = { amount = "20 um", length = "20 mm" }',
-            "gear.edge_relief.toe.length",
-            "below the face width",
-        ),
+        ('tip = { amount = "20 um", length = "30 mm" }', "tip.length"),
+        ('tip = { amount = "-20 um", length = "1 mm" }', "tip.amount"),
+        ('tip = { amount = "20 um", length = "1 mm", form = "wavy" }', "tip.form"),
+        ('tip = { amount = "0.9 mm", length = "0.5 mm" }', "tip.amount"),
+        ('heel = { amount = "20 um" }', "heel.length"),
+        ('toe = { amount = "20 um", length = "20 mm" }\nheel = { amount = "20 um", length = "20 mm" }', "toe.length"),
     ],
 )
-def test_impossible_relief_is_refused(mixed_ehl: Any, tmp_path: Path, tables: str, field: str, remedy: str) -> None:
+def test_impossible_relief_is_refused(tmp_path: Path, tables: str, field: str) -> None:
     design = tmp_path / "design.toml"
     design.write_text(f"{TEXT}\n[gear.edge_relief]\n{tables}\n", encoding="utf-8")
-    outcome = mixed_ehl("gear", design)
-    assert outcome.code == 2
-    assert field in outcome.err
-    assert remedy in " ".join(outcome.err.split())
+    with refuses(f"gear.edge_relief.{field}"):
+        load_design(design)
 
 
 SHIPPED = [name for name in bevel_names() if name.endswith("_relieved")]
-
-
-def test_every_shipped_pair_is_clean_or_a_reference_case_beside_a_clean_one() -> None:
-    """The reference cases keep the edges and settings that figures and golden files are of, and say so."""
-    for name in sorted(set(bevel_names()) - set(SHIPPED)):
-        assert f"{name}_relieved" in SHIPPED
-        assert f"reference case with sharp edges, for use: {name}_relieved" in load_design(name).source
-        assert load_design(f"{name}_relieved").operation.oil == load_design(name).operation.oil
-    assert not any("reference case" in load_design(name).source for name in SHIPPED)
 
 
 @pytest.mark.parametrize("side", ["drive", "coast"])

@@ -7,10 +7,12 @@ from functools import cache
 import numpy as np
 import pytest
 
+import efficiency
 from efficiency.contact.contact_lines import MeshPosition
 from efficiency.cylindrical_gears.contact_lines import cylindrical_tooth
 from efficiency.design.design import load_design
 from efficiency.loss.efficiency import MeshGrids, load_grids, solve_balanced
+from efficiency.loss.ehl_friction import EhlFriction
 from efficiency.loss.kinematics import Axis, Driver, Operation, loaded_points
 from efficiency.ltca.load_distribution import LoadDistribution, PositionLoad, TeethElasticity, distribute_load
 from efficiency.ltca.solid_tooth import SolidTooth
@@ -222,3 +224,14 @@ def test_a_map_does_not_depend_on_the_order_of_its_points() -> None:
     fresh = Mesh.of(load_design("fh_hypoid_9x34"), "drive", 6, 15, keep=True)
     other = fresh.over("75w90", torque=torques[::-1], speed=speeds[::-1]).values()[::-1, ::-1]
     np.testing.assert_allclose(one, other, rtol=1e-9)
+
+
+@pytest.mark.parametrize("kind", ["fm_spiral_bevel_14x39", "fm_hypoid_13x42", "fh_spiral_bevel_12x37"])
+def test_interval_of_the_formula_contains_solved_contacts(kind: str) -> None:
+    loaded = efficiency.load(f"{kind}_relieved").mesh(positions=6, points_per_line=11).load()
+    formula = loaded.efficiency()
+    solved = loaded.efficiency(EhlFriction("ehl", points=24, jobs=1))
+    assert solved.solution.contacts >= 20
+    assert formula.outside_range_share < 0.01
+    assert formula.efficiency_lower < solved.efficiency < formula.efficiency_upper
+    assert solved.efficiency_lower < formula.efficiency < solved.efficiency_upper

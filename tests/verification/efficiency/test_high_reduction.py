@@ -15,17 +15,9 @@ from ehl.common.validation import validate
 
 EASE_OFF = {"crowning_toe": "10 um", "crowning_heel": "10 um", "relief_root": "4 um", "relief_tip": "4 um"}
 BLANK = {
-    "name": "1x60",
-    "method": 1,
-    "process": "face_milling",
-    "teeth_pinion": 1,
-    "teeth_gear": 60,
-    "hypoid_offset": "30 mm",
-    "outer_pitch_diameter_gear": "150 mm",
-    "face_width_gear": "12 mm",
-    "mean_spiral_angle_pinion": "75 deg",
-    "cutter_radius": "60 mm",
-    "depth": {
+    "name": "1x60", "method": 1, "process": "face_milling", "teeth_pinion": 1, "teeth_gear": 60,
+    "hypoid_offset": "30 mm", "outer_pitch_diameter_gear": "150 mm", "face_width_gear": "12 mm",
+    "mean_spiral_angle_pinion": "75 deg", "cutter_radius": "60 mm", "depth": {
         "data_type": "I", "profile_shift": 0.65, "addendum_factor": 0.85, "dedendum_factor": 1.1,
         "thickness_modification": 0.06,
     },
@@ -61,17 +53,9 @@ def test_a_pinion_with_one_tooth_runs(design: Design) -> None:
     # the lengthwise sliding of the pitch point, and profile sliding on top of it
     made = efficiency.blank(validate(PairBlankInput, BLANK))
     pinion, gear = made.pinion, made.gear
-    pitch = PitchGeometry(
-        made.pressure_angle_drive,
-        pinion.mean_spiral_angle,
-        gear.mean_spiral_angle,
-        pinion.pitch_angle,
-        gear.pitch_angle,
-        0.5 * pinion.mean_diameter,
-        0.5 * gear.mean_diameter,
-        made.module_normal,
-        made.virtual_drive.contact_ratio_profile,
-    )
+    angles = pinion.mean_spiral_angle, gear.mean_spiral_angle, pinion.pitch_angle, gear.pitch_angle
+    sizes = 0.5 * pinion.mean_diameter, 0.5 * gear.mean_diameter, made.module_normal
+    pitch = PitchGeometry(made.pressure_angle_drive, *angles, *sizes, made.virtual_drive.contact_ratio_profile)
     assert result.efficiency < lengthwise_sliding(pitch, 0.05)
     assert result.efficiency == pytest.approx(buckingham_type(pitch, 0.05), abs=0.03)
 

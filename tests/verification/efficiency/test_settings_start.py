@@ -1,4 +1,4 @@
-"""Exactly conjugate start, derivatives of the fit, root line: against independent computations."""
+"""Exactly conjugate start, derivatives of the fit, root line against independent computations; shipped designs."""
 
 from dataclasses import replace
 
@@ -8,12 +8,18 @@ from scipy.optimize import newton
 
 from efficiency.blanks.inputs import load_blank
 from efficiency.blanks.pair import pair_blank
+from efficiency.contact.ease_off import conjugate_points, ease_off, pinion_phase
+from efficiency.contact.tooth_grid import normal_thickness
 from efficiency.cutting.cutter import FLANK_SIDES
 from efficiency.cutting.flank import CutFlank
-from efficiency.machine_settings.conjugate import conjugate_start, fit_grid, target_flank
+from efficiency.design.design import load_design
+from efficiency.machine_settings.conjugate import conjugate_start, fit_grid, target_flank, target_relief
 from efficiency.machine_settings.fit import FitParameter, RootLine, _derivatives, measure, with_setting
 from efficiency.machine_settings.gear import PairDimensions, cut_gear, pair_dimensions
-from efficiency.machine_settings.generating import free_axis, generating_screw, tilt_and_swivel
+from efficiency.machine_settings.generating import free_axis, tilt_and_swivel
+from efficiency.machine_settings.inputs import load_targets
+from efficiency.machine_settings.solve import machine_settings
+from ehl.common.data import data_names
 
 
 def geometry(name: str, generated: bool, left_hand_gear: bool = False) -> PairDimensions:
@@ -45,18 +51,6 @@ def test_the_mirrored_gear_cutter_cuts_the_conjugate_pinion(name: str, generated
         assert np.abs(condition).max() < 1e-12
 
 
-@pytest.mark.parametrize("share", [0.0, 0.1, 0.5])
-def test_generating_screw_is_a_combination_of_both_twists(share: float) -> None:
-    assembly = geometry("fh_hypoid_9x34", False).assembly
-    screw = generating_screw(assembly, share)
-    point = np.array([0.03, -0.02, 0.05])
-    axis, origin = assembly.pinion_axis[:, 0], assembly.pinion_origin[:, 0]
-    pinion = np.cross(axis, point - origin)
-    gear = assembly.ratio * np.cross([0.0, 0.0, 1.0], point)
-    speed = screw.rate * (np.cross(screw.direction, point - screw.point) + screw.pitch * screw.direction)
-    np.testing.assert_allclose(speed, share * pinion + (1.0 - share) * gear, rtol=0.0, atol=1e-15)
-
-
 def test_formate_gear_has_the_angles_of_its_blank() -> None:
     for name in ("fh_hypoid_9x34", "fm_hypoid_13x42"):
         pair = geometry(name, False)
@@ -76,15 +70,10 @@ def test_derivatives_of_the_residual_by_settings_against_differences() -> None:
     start = conjugate_start(pair, gear, "convex", fit_grid(pair, 0.1, (5, 4)))
     wanted = target_flank(pair, start, np.zeros(20), 0.02)
     now = measure(wanted, wanted.flank, wanted.phase, wanted.parameters)
-    parameters = [
-        FitParameter("machine", "axis_x", 0.01),
-        FitParameter("machine", "roll_ratio", 0.02),
-        FitParameter("machine", "blank_offset", 1e-3),
-        FitParameter("machine", "modified_roll_2c", 0.01),
-        FitParameter("blade", "blade_angle", 0.01),
-        FitParameter("blade", "curvature", 1.0),
-        FitParameter("phase", "phase", 0.01),
-    ]
+    machine = {"axis_x": 0.01, "roll_ratio": 0.02, "blank_offset": 1e-3, "modified_roll_2c": 0.01}
+    parameters = [FitParameter("machine", name, scale) for name, scale in machine.items()]
+    parameters += [FitParameter("blade", name, scale) for name, scale in (("blade_angle", 0.01), ("curvature", 1.0))]
+    parameters.append(FitParameter("phase", "phase", 0.01))
     exact = _derivatives(wanted, now, parameters, True)
     for k, parameter in enumerate(parameters):
         rows = []
@@ -133,3 +122,58 @@ def _lowest(flank: CutFlank, root: RootLine, k: int, near: np.ndarray) -> float:
     best = int(np.argmin(heights))
     assert 0 < best < 20
     return float(heights[best])
+
+
+@pytest.mark.parametrize("name", data_names("targets"))
+def test_design_has_the_wanted_ease_off(name: str) -> None:
+    inputs, design = load_targets(name), load_design(name)
+    pair = pair_dimensions(replace(pair_blank(inputs.blank), gear_cutting=inputs.cutting.gear))
+    grid = fit_grid(pair)
+    for side, target in (("drive", inputs.targets.drive), ("coast", inputs.targets.coast)):
+        pinion, gear = design.flanks().mating("drive" if side == "drive" else "coast")
+        points, found = gear.solve(grid.u, grid.h)
+        assert found.all()
+        conjugate = conjugate_points(points, design.placement())
+        middle = gear.points(points.parameters[:, 67:68])
+        phase = pinion_phase(conjugate_points(middle, design.placement()), pinion)
+        relief, _, found = ease_off(conjugate, pinion, phase)
+        position, normal = conjugate.position, conjugate.normal
+        residual = (relief - target_relief(target, grid.x, grid.y))[found]
+        arm = (position[0] * normal[1] - position[1] * normal[0])[found]
+        residual -= arm * (arm @ residual) / (arm @ arm)
+        assert np.sum(~found) <= 4
+        assert np.sqrt(np.mean(residual**2)) < 2e-6
+        assert np.abs(residual).max() < 9e-6
+
+
+def test_design_is_made_again_from_its_targets() -> None:
+    result = machine_settings(load_targets("fh_hypoid_9x34"), transmission=False)
+    shipped = load_design("fh_hypoid_9x34")
+    assert result.status == "converged"
+    assert result.design.gear == shipped.gear
+    assert result.design.pinion.blank == shipped.pinion.blank
+    assert result.design.assembly == shipped.assembly
+    for side in ("concave", "convex"):
+        made, kept = result.design.flank("pinion", side), shipped.flank("pinion", side)
+        u, h = (g.ravel() for g in np.meshgrid(np.linspace(-0.01, 0.01, 4), np.linspace(-0.001, 0.005, 4)))
+        there, found = kept.solve(u, h)
+        here, _ = made.solve(u, h)
+        assert found.all()
+        # the turn of a flank about its axis is free within the tolerance of the fit
+        turned = here.azimuth - there.azimuth
+        assert np.abs((turned - turned.mean()) * np.hypot(there.position[0], there.position[1])).max() < 1e-7
+
+
+@pytest.mark.parametrize("name", ["fh_hypoid_9x34", "fh_hypoid_9x34_offset_10", "fh_spiral_bevel_12x37"])
+def test_blade_phases_leave_the_tooth_that_touching_flanks_and_backlash_ask_for(name: str) -> None:
+    design, place = load_design(name), np.zeros(1)
+    (one, _), (other, _) = (design.flank("pinion", side).solve(place, place) for side in ("concave", "convex"))
+    blank = design.pinion.blank
+    angle = (other.azimuth - one.azimuth) % (2.0 * np.pi / blank.teeth)
+    spiral = 0.5 * (one.angles(blank.pitch_angle)[0] + other.angles(blank.pitch_angle)[0])
+    cut = np.hypot(one.position[0], one.position[1]) * angle * np.cos(spiral)
+    # turned until they touch one point of each flank, against the mean of the fit on both: a few micrometres
+    assert cut == pytest.approx(normal_thickness(design.flanks(), "pinion", place, place), abs=5e-6)
+    assert normal_thickness(design.flanks(), "gear", place, place) == pytest.approx(
+        pair_blank(load_targets(name).blank).gear.mean_normal_thickness, abs=1e-8
+    )
