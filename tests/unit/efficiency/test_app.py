@@ -201,7 +201,6 @@ CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shuti
 
 @pytest.fixture(scope="module")
 def address() -> Iterator[str]:
-    """Of a running page, as printed."""
     with socket.socket() as trial:
         trial.bind(("127.0.0.1", 0))
         port = trial.getsockname()[1]
@@ -255,7 +254,6 @@ def caller(address: str) -> Caller:
 
 @pytest.fixture
 def cookie(caller: Caller) -> str:
-    """Which the browser keeps after the printed address was opened."""
     status, headers, content = caller.get(f"/?{caller.query}")
     assert status == 200
     assert "mixed-ehl" in content

@@ -64,7 +64,6 @@ def changed(name: str = TRUCK, **parts: dict[str, Any]) -> Axle:
 @pytest.mark.parametrize("name", [TRUCK, EAXLE])
 @pytest.mark.parametrize("side", ["drive", "coast"])
 def test_forces_of_the_mesh_balance_the_torques(name: str, side: Any) -> None:
-    """Forces on both shafts are opposite; their moments about the axes are the torques."""
     pinion, gear = axle(name)._wrench(side, 150.0)
     assert np.linalg.norm(pinion[:3]) == pytest.approx(np.linalg.norm(gear[:3]), rel=1e-9)
     assert abs(pinion[5]) == pytest.approx(150.0, rel=1e-4)
@@ -177,7 +176,6 @@ def test_load_loss_of_a_measured_truck_axle(speed: float) -> None:
 
 
 def test_hot_oil_has_an_interval() -> None:
-    """Teeth near 200 degC, where the laws of oils end."""
     found = axle().at(200.0, 400.0, 465.0, "75w90").points[0]
     assert found.status == "converged"
     assert found.loss_mesh_lower < found.loss_mesh < found.loss_mesh_upper

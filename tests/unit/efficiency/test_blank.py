@@ -185,7 +185,6 @@ def test_drawing_data_with_mounting_distances(mixed_ehl: Cli, tmp_path: Path) ->
 
 @pytest.mark.usefixtures("commands_alone")
 def test_drawing_data_of_a_design_are_those_of_its_blank(mixed_ehl: Cli, tmp_path: Path) -> None:
-    """The flanks have another thickness and backlash than the sample of the standard."""
     rows = {row[0]: row[3:] for row in made("iso23509_f2").drawing_table().rows}
     pair = efficiency.load("fm_spiral_bevel_14x39")
     drawing = pair.drawing()

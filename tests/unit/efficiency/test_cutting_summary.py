@@ -112,7 +112,6 @@ def test_cradle_angle_takes_its_sign_from_the_hand_and_test_rolls_give_the_ratio
     ],
 )
 def test_bad_lines_are_named(text: str, field: str) -> None:
-    """Others are in test_mistakes."""
     with refuses(field):
         parse_summary(text)
 

@@ -55,7 +55,6 @@ MISTAKES = [
 
 @pytest.mark.parametrize(("old", "new", "field"), MISTAKES)
 def test_bad_input_names_its_field(tmp_path: Path, old: str, new: str, field: str) -> None:
-    """What is written wrong, of a wrong unit or unknown is in test_mistakes as well as on the command line."""
     with refuses(field):
         load_design(changed(tmp_path, old, new))
 

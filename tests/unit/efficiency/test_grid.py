@@ -124,7 +124,6 @@ def test_bad_axes(axes: dict[str, Any], words: str) -> None:
 
 @pytest.mark.parametrize("call", [PAIR.at, PAIR.over, partial(efficiency.study, [DESIGN]), partial(PAIR.duty, [])])
 def test_composite_roughness_is_refused(call: Any) -> None:
-    """Rq of both surfaces together is no Rq of a flank."""
     with refuses("roughness_rms"):
         call(MODEL, grid=GRID, roughness_rms="0.4 um")
 

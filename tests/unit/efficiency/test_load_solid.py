@@ -72,7 +72,6 @@ def test_ring_is_the_assembly_of_its_cells(grid: ToothGrid) -> None:
 
 
 def influence(tooth: SolidTooth) -> np.ndarray:
-    """Between 20 points of the flank."""
     face, share = (x.ravel() for x in np.meshgrid(np.linspace(0.1, 0.9, 5) * 25.4e-3, np.linspace(0.2, 0.95, 4)))
     return tooth.influences([(face, share * tooth.whole_depth(face), np.zeros(face.size, np.int64))])[0]
 

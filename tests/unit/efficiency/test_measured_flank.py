@@ -129,7 +129,6 @@ def test_points_of_another_flank_are_refused(design: Design, gear: Flank) -> Non
 
 
 def design_file(folder: Path, more: str) -> Path:
-    """The shipped design with a measured drive flank of the gear."""
     design = load_design(NAME)
     gear = design.flanks().mating("drive")[1]
     write_inspection_grid(folder / "gear.csv", design, "gear", gear.side, inspection_grid(gear, 9, 15, 0.04))

@@ -300,7 +300,6 @@ def test_reasons_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_states_of_a_box_are_balanced() -> None:
-    """Errors of the ease-off join those of the position."""
     assert box_states({}) == ({},)
     widths = {"lengthwise_crowning": "5 um", "bias": 0.1, "contact_face": 0.05, "tip_relief": "3 um"}
     for box, errors, count in (

@@ -166,7 +166,6 @@ def test_half_widths_are_checked_as_typed(name: str, width: str) -> None:
 
 
 def test_a_search_starts_from_the_sized_pair() -> None:
-    """Its pressure away from edges is limited too."""
     found = efficiency.optimise(
         targets(), {"bias": "-0.2:0.2"}, misalignment={}, friction="constant:0.05", evaluations=4, check=0, sized=True
     )

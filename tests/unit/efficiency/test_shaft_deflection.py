@@ -118,7 +118,6 @@ def test_rounds_with_secants_settle_where_plain_rounds_grow(monkeypatch: pytest.
 
 
 def test_shafts_without_an_equilibrium_are_a_reason(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A load that always pushes to the other side never settles."""
     with fails("deflection_limit"):
         rounds_of(monkeypatch, lambda x: np.array([-1e-4 if x[0] > 0.0 else 1e-4, 0.0]))
 
@@ -187,7 +186,6 @@ TABLE = """torque [N m];E [um];P [um];G [um];alpha [arcmin]
 
 
 def made(folder: Path, text: str) -> Design:
-    """A shipped design with a table next to its file."""
     (folder / "deflections.csv").write_text(text, encoding="utf-8")
     content = data_path("designs", f"{TABLED}.toml").read_text(encoding="utf-8")
     path = folder / "own.toml"

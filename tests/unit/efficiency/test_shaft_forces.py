@@ -31,7 +31,6 @@ MOVED = {"E": "0.1 mm", "P": "-0.1 mm", "shaft_angle_error": "2 arcmin"}
     [("fh_hypoid_9x34", "coast", "gear", {}), ("fm_hypoid_13x42", "drive", "pinion", MOVED)],
 )
 def test_forces_balance_torque_and_power(name: str, side: str, driver: str, state: dict[str, str]) -> None:
-    """The forces of the contacts carry the torque, and the power of both shafts is that of the loss."""
     mesh = loaded(name, side, **state)
     result = mesh.efficiency("constant:0.05", driver=driver)
     forces = result.forces
@@ -74,7 +73,6 @@ def test_parallel_axes() -> None:
 
 
 def test_forces_are_in_json_and_tables_of_a_result() -> None:
-    """Arrays over the positions, finite, also after pickling; a failed result has none."""
     mesh = loaded("fm_spiral_bevel_14x39")
     result = pickle.loads(pickle.dumps(mesh.efficiency("constant:0.05", load_balance="frictionless")))
     content = json.loads(json.dumps(result.to_dict(), allow_nan=False))["forces"]

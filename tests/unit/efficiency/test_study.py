@@ -117,7 +117,6 @@ def test_files_hold_the_points(study: Study, tmp_path: Path) -> None:
 
 
 def test_strength_of_each_point_where_it_is_asked_for(study: Study, designs: list[Design], store: Path) -> None:
-    """Columns of the point's own strength, empty where it failed; kept in the store."""
     few = Levels((100.0, 200.0), (150.0,), (353.15,), (4e-7,), (), (), (), ())
     asked = {"store": store, "strength": True, "jobs": 1, **GRID}
     run_study(designs[:1], MODEL, few, **asked)

@@ -51,31 +51,21 @@ def pitch_point(spiral_1: float, spiral_2: float, pressure: float) -> MeshGrids:
     normal = np.array([math.cos(pressure), 0.0, math.sin(pressure)])
     n = 5
 
-    def rows(vector: np.ndarray) -> np.ndarray:
-        return np.tile(vector, (n, 1))
-
+    across = np.array([-math.sin(pressure), 0.0, math.cos(pressure)])
+    vectors = {"position": np.zeros(3), "normal": normal, "along": np.array([0.0, 1.0, 0.0]), "across": across}
+    numbers = {"lever_pinion": normal @ velocity_1, "lever_gear": normal @ velocity_2 / ratio, "length": 2e-3}
+    numbers |= {"sliding_along": velocity_1[1] - velocity_2[1], "entrainment": 0.01, "radius_equivalent": 0.012}
+    numbers |= {"height_gear": 3e-3, "height_pinion": 3e-3}
+    numbers |= dict.fromkeys(("gap", "sliding_across", "lay_pinion", "lay_gear"), 0.0)
+    face = np.linspace(8e-3, 12e-3, n)
     position = MeshPosition(
         pinion_angle=0.0,
-        pair=np.zeros(n, np.int64),
-        position=np.zeros((n, 3)),
-        normal=rows(normal),
-        along=rows(np.array([0.0, 1.0, 0.0])),
-        across=rows(np.array([-math.sin(pressure), 0.0, math.cos(pressure)])),
-        length=np.full(n, 2e-3),
-        gap=np.zeros(n),
-        radius_equivalent=np.full(n, 0.012),
-        lever_pinion=np.full(n, normal @ velocity_1),
-        lever_gear=np.full(n, normal @ velocity_2 / ratio),
-        sliding_along=np.full(n, velocity_1[1] - velocity_2[1]),
-        sliding_across=np.zeros(n),
-        entrainment=np.full(n, 0.01),
-        height_gear=np.full(n, 3e-3),
-        height_pinion=np.full(n, 3e-3),
-        face_gear=np.linspace(8e-3, 12e-3, n),
-        face_pinion=np.linspace(8e-3, 12e-3, n),
         transmission_error=0.0,
-        lay_pinion=np.zeros(n),
-        lay_gear=np.zeros(n),
+        pair=np.zeros(n, np.int64),
+        face_gear=face,
+        face_pinion=face,
+        **{name: np.tile(vector, (n, 1)) for name, vector in vectors.items()},
+        **{name: np.full(n, value) for name, value in numbers.items()},
     )
     tooth = straight_tooth()
     cycle = tuple(replace(position, pinion_angle=0.1 * k) for k in range(4))

@@ -59,7 +59,6 @@ def places(flank: CutFlank) -> tuple[np.ndarray, np.ndarray]:
 
 
 def changed(design: Design, member: str, **cutter: Any) -> dict[str, CutFlank]:
-    """Flanks of a member with other values of its cutter."""
     one = getattr(design, member)
     out = {}
     for side in FLANK_SIDES:
