@@ -33,9 +33,8 @@ FAST = {
         "plan conditions families friction_models code_record conformal table_files calibration_inputs"
     ),
     "unit/efficiency": (
-        "blank cutting_design cutting_kinematics cutting_summary contact_sample "
-        "load_equilibrium lay external_load output_solid geometry_design duty strength loss "
-        "lubrication"
+        "blank cutting_design cutting_kinematics contact_sample load_equilibrium lay output_solid geometry_design "
+        "duty strength loss lubrication"
     ),
     "unit": ("import_direction"),
     "golden": ("golden"),

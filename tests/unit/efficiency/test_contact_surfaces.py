@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from refusals import fails
 
-from efficiency.contact.chebyshev import Patch
 from efficiency.contact.conjugate import EaseOffTarget, EaseOffTerm, conjugate_flank, read_ease_off_map
 from efficiency.contact.contact_lines import mesh_cycle
 from efficiency.contact.contact_search import transmission
@@ -204,25 +203,6 @@ def test_bad_tables_of_ease_off(tmp_path: Path, text: str, told: str) -> None:
     path.write_text(f"length,depth,ease_off\n{text}", encoding="utf-8")
     with pytest.raises(InputError, match=told):
         read_ease_off_map(path)
-
-
-def test_patch_over_a_part_of_its_rectangle() -> None:
-    """A corner cut off: inside the rest the fit is as good as an interpolation, with complex derivatives as well."""
-
-    def field(u: np.ndarray, v: np.ndarray) -> np.ndarray:
-        return np.asarray(np.exp(0.7 * u) / (1.5 + v))
-
-    u, v = Patch.nodes((-1.0, 1.0), (0.0, 1.0), (24, 20))
-    kept = u + 2.0 * v < 1.8
-    patch = Patch.fit_points((-1.0, 1.0), (0.0, 1.0), (14, 12), u[kept], v[kept], {"f": field(u, v)[kept]})
-    random = np.random.default_rng(1)
-    x, y = random.uniform(-1.0, 1.0, 200), random.uniform(0.0, 1.0, 200)
-    some = x + 2.0 * y < 1.8
-    assert np.abs(patch(x, y, ("f",))[0] - field(x, y))[some].max() < 1e-9
-    value, by_u, by_v = patch.slopes(x[some] + 1e-20j, y[some], ("f",))
-    np.testing.assert_allclose(np.imag(value) / 1e-20, np.real(by_u), rtol=1e-9, atol=1e-12)
-    np.testing.assert_allclose(np.real(by_v)[0], (-field(x, y) / (1.5 + y))[some], rtol=1e-5)
-    assert patch.raised((20, 20))(x, y, ("f",)) == pytest.approx(patch(x, y, ("f",)), abs=1e-12)
 
 
 def test_edges_far_longer_than_the_lines_of_contact_are_refused(

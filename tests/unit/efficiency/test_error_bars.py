@@ -4,7 +4,6 @@ import json
 import math
 from dataclasses import astuple, dataclass, replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,7 +13,6 @@ from samples import OPERATION, tiny_load
 
 import efficiency
 from efficiency.conditions.duty import DutyRow
-from efficiency.loss import ehl_friction as module
 from efficiency.loss.contact_sample import remoteness
 from efficiency.loss.efficiency import LoadedGrids, mesh_efficiency, solve_balanced
 from efficiency.loss.efficiency_result import EfficiencyResult
@@ -114,26 +112,6 @@ def test_error_of_sampled_contacts_is_the_scatter_of_their_mean() -> None:
         errors.append(error * means[-1])
     assert np.mean(errors) == pytest.approx(2.0 * np.std(means), rel=0.3)
     assert remoteness(np.array([[0.5], [4.0]]), np.array([[0.0], [1.0], [2.0]])) == pytest.approx([1.0, 2.0])
-
-
-def test_a_contact_keeps_chance_and_bias_apart(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of 5 % of which 3 % are chance, 4 % are bias: a root of a sum of squares; both in units of mu."""
-
-    def contact(*arguments: object) -> SimpleNamespace:
-        return SimpleNamespace(
-            status="converged", friction_coefficient=0.05, friction_error=0.05, statistical_error=0.03,
-            film_central=1e-7, film_ratio=1.0, temperature_flash=360.0, rolling_traction=1e-4,
-        )  # fmt: skip
-
-    monkeypatch.setattr(module, "solve_contact", contact)
-    state = ContactState.of(
-        pressure_hertz=[1e9, 1e9], radius_equivalent=0.01, effective_modulus=226e9, speed_entrainment=3.0,
-        slide_to_roll=0.2,
-    )  # fmt: skip
-    found = EhlFriction("ehl", jobs=1).mu(state, oil=OIL)
-    np.testing.assert_allclose(found.upper - found.mu, 0.05 * 0.05, rtol=1e-12)
-    # two equal contacts: chance over the root of two
-    assert found.mean_error == pytest.approx(math.hypot(0.03 / math.sqrt(2.0), 0.04), rel=1e-9)
 
 
 def test_rolling_loss_is_the_work_on_both_surfaces(loaded: LoadedGrids) -> None:

@@ -28,7 +28,7 @@ from ehl.rough.dry_limit import flash_of_rubbing
 from ehl.solve import solve_contact
 from ehl.state import ContactState
 from regression.friction.conditions import conditions_of
-from regression.friction.models import ConstantFriction, FrictionEstimate
+from regression.friction.models import ConstantFriction
 
 STEEL = Material.load("steel")
 BODIES = (STEEL, STEEL)
@@ -93,15 +93,6 @@ def test_solved_contacts_bring_their_own_lubrication() -> None:
     assert formula.source == "formula"
     # the film ratio is that of the isothermal film, the film itself thinner by the heat of the inlet
     assert 0.8 < formula.film_central[0] / (formula.film_ratio[0] * 5e-7) < 1.0
-
-
-def test_formula_film_is_near_the_solved_one() -> None:
-    state, contact = point(1e9, 3.0, 0.2, 0.0)
-    plain = FrictionEstimate(np.array([0.03]), np.zeros(1), np.zeros(1), np.zeros(1, np.int8))
-    formula = local_lubrication(loaded(state), plain, conditions_of(state, OIL), BODIES)
-    model = ModelInput(accuracy="fast")
-    solved = solve_contact(ContactProblem(contact, OIL.at(363.15), SurfaceInput(), model, BODIES, (363.15, 363.15)))
-    assert formula.film_central[0] == pytest.approx(solved.film_central, rel=0.15)
 
 
 SIZE = (91.5e-3, 14e-3)

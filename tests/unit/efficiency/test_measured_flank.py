@@ -56,10 +56,7 @@ HOBBED = "fh_hypoid_9x34_offset_10"
 
 @pytest.mark.parametrize(("name", "lower"), [(NAME, 0.0), (HOBBED, 0.0), (HOBBED, 0.0002), (HOBBED, 0.005)])
 def test_points_without_noise_give_the_transmission_error_of_the_flank(name: str, lower: float) -> None:
-    """Pinions that are undercut near the root: the measured flank goes on beyond its points at tip, toe and heel.
-
-    A bit lower than the limit at the heel beyond the points, a node of the surface is missing.
-    """
+    """Pinions that are undercut near the root: the measured flank goes on beyond its points at tip, toe and heel."""
     design = load_design(name)
     flanks = design.flanks()
     own = flanks.mating("drive")[0]

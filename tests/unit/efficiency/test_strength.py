@@ -100,17 +100,14 @@ def test_hypoid_factor_of_iso_tr_10300_30() -> None:
 
 
 def test_hypoid_factor_is_that_of_the_loaded_flank() -> None:
-    """The concave pinion flank is the drive side of the standard, whichever side of the design drives.
-
-    That of the pair of sample 2, from its machine settings; 0.952 is printed.
-    """
+    """The concave pinion flank is the drive side of the standard, whichever side of the design drives."""
     design = efficiency.load("fm_hypoid_13x42").design
     turned = design.assembly.model_copy(update={"drive_flank_pinion": "convex"})
     factors = []
     for assembly, side in ((design.assembly, "drive"), (turned, "coast"), (design.assembly, "coast")):
         pair = efficiency.GearPair(design.model_copy(update={"assembly": assembly}))
         factors.append(pair.at("constant:0.05", side=side, grid=(4, 9)).strength.factors["Z_Hyp"])
-    assert factors[0] == pytest.approx(0.952, abs=2e-3)
+    assert factors[0] == pytest.approx(0.952, abs=2e-3)  # printed for the pair of sample 2
     assert factors[0] == pytest.approx(factors[1], rel=1e-9)
     assert factors[2] > factors[0] + 0.005
 

@@ -49,12 +49,12 @@ def test_path_and_transmission_error_against_direct_tangency(name: str, side: An
         assert check.distance < 0.02e-3
 
 
-def test_edges_of_both_members_against_direct_tangency(bevel: Design) -> None:
+def test_edges_of_both_members_against_direct_tangency(design: Design) -> None:
     touched, compared = set(), 0
     drive, coast = ({"E": 3e-4}, {"P": -2e-4}), ({"G": 2e-4}, {"P": -1e-4})
     for side, state in (*(("drive", state) for state in drive), *(("coast", state) for state in coast)):
-        pinion, gear = bevel.flanks().mating(side)  # type: ignore[arg-type]
-        surface = mesh_surface(gear, pinion, bevel.with_misalignment(**state).placement())
+        pinion, gear = design.flanks().mating(side)  # type: ignore[arg-type]
+        surface = mesh_surface(gear, pinion, design.with_misalignment(**state).placement())
         path = contact_path(surface, surface.error_maximum_roll + np.linspace(-1.0, 1.0, 13) * surface.pitch)
         assert path.settled.all()
         check = check_path(surface, path)
@@ -67,13 +67,8 @@ def test_edges_of_both_members_against_direct_tangency(bevel: Design) -> None:
     assert compared > 12
 
 
-@pytest.fixture(scope="module")
-def bevel() -> Design:
-    return load_design("fm_spiral_bevel_14x39")
-
-
-def test_curve_of_the_mesh_is_the_upper_envelope_of_its_pairs(bevel: Design) -> None:
-    pair = flank_pair(bevel.flanks())
+def test_curve_of_the_mesh_is_the_upper_envelope_of_its_pairs(design: Design) -> None:
+    pair = flank_pair(design.flanks())
     mesh, pitch = pair.transmission, pair.surface.pitch
     angle = mesh.pinion_angle[5::97]
     single = [contact_path(pair.surface, angle + k * pitch).transmission_error for k in range(-2, 3)]

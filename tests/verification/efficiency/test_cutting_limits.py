@@ -35,8 +35,7 @@ def tooth_boundary(flank: CutFlank, u: float, h: float, part: str) -> tuple[floa
     """Deepest cut into the tooth at one place of the blank over all cradle rolls: no equation of meshing is used.
 
     At each roll the surface of the blade meets the circle of that place at some azimuth; the farthest into the tooth is
-    what remains. Only lengths that belong to the part of the blade count. Returned are the sense of azimuth into the
-    tooth, and the azimuth counted in that sense.
+    what remains. Returned are the sense of azimuth into the tooth, and the azimuth counted in that sense.
     """
     cut = fillet(flank) if part == "fillet" else flank
     rounded = fillet(flank).blade
