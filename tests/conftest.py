@@ -33,8 +33,8 @@ FAST = {
         "plan conditions families friction_models code_record conformal table_files calibration_inputs"
     ),
     "unit/efficiency": (
-        "blank cutting_design cutting_kinematics contact_sample load_equilibrium lay output_solid geometry_design "
-        "duty strength loss lubrication"
+        "blank cutting_design cutting_kinematics contact_sample load_equilibrium output_solid geometry_design "
+        "grid strength loss lubrication"
     ),
     "unit": ("import_direction"),
     "golden": ("golden"),
@@ -113,7 +113,7 @@ def little_training(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def coarse_roots(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Roots of few elements, kept apart from those of other tests: `test_root_elements` is about their number."""
+    """Roots of few elements, kept apart from those of other tests: `test_load_solid` is about their number."""
     from efficiency.strength import root_stress
 
     monkeypatch.setenv("MIXED_EHL_CACHE", os.path.join(os.environ["MIXED_EHL_CACHE"], "coarse"))
