@@ -137,11 +137,8 @@ def test_blade_angle_error_is_a_profile_slope() -> None:
     blade = gear.convex.cutter.model_copy(update={"blade_angle": gear.convex.cutter.blade_angle + turn})
     cut = gear.model_copy(update={"convex": gear.convex.model_copy(update={"cutter": blade})})
     slope = turn * (gear.blank.mean_addendum + gear.blank.mean_dedendum) / np.cos(blade.blade_angle)
-    pairs = [
-        design,
-        design.model_copy(update={"gear": cut}),
-        design.with_deviation(FlankDeviation(profile_slope=slope)),
-    ]
+    stated = design.with_deviation(FlankDeviation(profile_slope=slope))
+    pairs = [design, design.model_copy(update={"gear": cut}), stated]
     face, share = np.meshgrid(np.linspace(-0.4, 0.4, 9) * gear.blank.face_width, np.linspace(0.4, 0.95, 7))
     place = face.ravel(), share.ravel()
     maps = [flank_pair(each.flanks()).surface.patch(*place, ("ease_off", "lever")) for each in pairs]

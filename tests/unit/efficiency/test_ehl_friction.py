@@ -100,9 +100,8 @@ def test_few_points_are_all_solved_once(monkeypatch: pytest.MonkeyPatch) -> None
         estimate = replace(model, jobs=1).mu(state, oil=OIL)
         np.testing.assert_allclose(estimate.mu, exact(state), rtol=1e-9)
         np.testing.assert_allclose(estimate.upper - estimate.mu, 0.01 * estimate.mu, rtol=1e-9)
-        assert sorted(problem.line.pressure_hertz for problem in solver.problems) == pytest.approx(
-            sorted(state.pressure_hertz)
-        )
+        pressures = sorted(problem.line.pressure_hertz for problem in solver.problems)
+        assert pressures == pytest.approx(sorted(state.pressure_hertz))
     one = {"radius_equivalent": 0.01, "effective_modulus": 226e9, "speed_entrainment": 3.0, "slide_to_roll": 0.2}
     equal = ContactState.of(pressure_hertz=np.full(4, 1e9), **one)
     estimate = EhlFriction("ehl", jobs=1).mu(equal, oil=OIL)

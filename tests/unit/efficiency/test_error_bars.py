@@ -116,9 +116,8 @@ def test_error_of_sampled_contacts_is_the_scatter_of_their_mean() -> None:
 
 def test_rolling_loss_is_the_work_on_both_surfaces(loaded: LoadedGrids) -> None:
     """2 t_r F u_r at each point: 2 x 1e-3 x 100 x 2 and 2 x 2e-3 x 50 x 2."""
-    state = ContactState.of(
-        pressure_hertz=[1e9, 1e9], radius_equivalent=0.01, effective_modulus=226e9, speed_entrainment=2.0
-    )
+    one = {"radius_equivalent": 0.01, "effective_modulus": 226e9, "speed_entrainment": 2.0}
+    state = ContactState.of(pressure_hertz=[1e9, 1e9], **one)
     points = LoadedPoints(state, np.array([100.0, 50.0]), np.ones(2), np.array([0, 2]), np.array([0, 0]))
     np.testing.assert_allclose(rolling_losses(points, np.array([1e-3, 2e-3]), 3), [0.4, 0.0, 0.4], rtol=1e-12)
     result = mesh_efficiency(loaded, ConstantFriction(MU), OIL, OPERATION)

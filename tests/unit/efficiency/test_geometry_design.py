@@ -83,9 +83,8 @@ def test_blank_coordinates_round_trip(u: float, h: float, apex: float) -> None:
 @given(st.integers(0, 2), st.integers(0, 2), st.floats(-0.9, 1.9), st.floats(0.1, 0.9))
 def test_patch_is_exact_for_polynomials_and_their_derivatives(du: int, dv: int, u: float, v: float) -> None:
     nodes_u, nodes_v = Patch.nodes((-1.0, 2.0), (0.0, 1.0), (6, 5))
-    patch = Patch.fit(
-        (-1.0, 2.0), (0.0, 1.0), (6, 5), {"f": nodes_u**3 * nodes_v**2 + nodes_v, "one": 0.0 * nodes_u + 1.0}
-    )
+    fields = {"f": nodes_u**3 * nodes_v**2 + nodes_v, "one": 0.0 * nodes_u + 1.0}
+    patch = Patch.fit((-1.0, 2.0), (0.0, 1.0), (6, 5), fields)
     up = [u**3, 3.0 * u**2, 6.0 * u][du]
     vp = [v**2, 2.0 * v, 2.0][dv]
     extra = [v, 1.0, 0.0][dv] if du == 0 else 0.0

@@ -152,11 +152,9 @@ POINTS = len(TORQUE) * len(SPEED)
 
 
 @pytest.fixture(scope="module")
-def maps() -> tuple[Any, Any]:
-    few, every = (
-        PAIR.mesh("drive", *GRID).map(MODEL, TORQUE, SPEED, interval=True, every_point=every) for every in (False, True)
-    )
-    return few, every
+def maps() -> tuple[Any, ...]:
+    mesh = PAIR.mesh("drive", *GRID)
+    return tuple(mesh.map(MODEL, TORQUE, SPEED, interval=True, every_point=every) for every in (False, True))
 
 
 def test_interpolated_points_agree_with_solved_ones(maps: tuple[Any, Any]) -> None:

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.integrate import quad
 
 from efficiency.ltca import equilibrium
 from efficiency.ltca.edge_contact import EdgeSection, free_edge_compliance
@@ -116,9 +115,7 @@ def numerical(distance: float, ratio: float, cells: int = 500) -> tuple[float, f
     kernel = -2.0 / np.pi * (primitive(x[:, None] - ends[None, :-1]) - primitive(x[:, None] - ends[None, 1:]))
     # a constant makes the compliance positive; it shifts the approach only
     shift = 2.0
-    result = solve_equilibrium(
-        kernel / width + shift, lambda f: (1e-12 * f, np.full(f.size, 1e-12)), gap, np.ones(cells), 0.5 * math.pi
-    )
+    result = solve_equilibrium(kernel / width + shift, springs(1e12), gap, np.ones(cells), 0.5 * math.pi)
     approach = result.angle - shift * 0.5 * math.pi
     loaded = result.force > 0.0
     return float(result.force.max()) / width, approach, 0.5 * width * np.count_nonzero(loaded)
@@ -131,9 +128,7 @@ def test_numerical_solution_gives_hertz() -> None:
     assert approach == pytest.approx(0.5 + math.log(2.0), abs=1e-3)
 
 
-@pytest.mark.parametrize(
-    ("distance", "ratio"), [(0.5, 60.0), (0.0, 60.0), (-0.7, 60.0), (0.3, 5.0), (-1.5, 5.0), (-4.0, 5.0)]
-)
+@pytest.mark.parametrize(("distance", "ratio"), [(0.5, 60), (0.0, 60), (-0.7, 60), (0.3, 5), (-1.5, 5), (-4.0, 5)])
 def test_closed_form_against_cells(distance: float, ratio: float) -> None:
     section = EdgeSection.of([distance], [ratio])
     peak, approach, half_length = numerical(distance, ratio)
@@ -142,18 +137,6 @@ def test_closed_form_against_cells(distance: float, ratio: float) -> None:
     assert section.pressure_max[0] == pytest.approx(peak, rel=5e-3)
     assert section.approach[0] == pytest.approx(extra, abs=3e-3)
     assert section.half_length[0] == pytest.approx(half_length, rel=0.02)
-
-
-@pytest.mark.parametrize(("distance", "ratio"), [(0.5, 60.0), (-1.5, 5.0), (-9.0, 60.0)])
-def test_pressure_carries_the_load(distance: float, ratio: float) -> None:
-    section = EdgeSection.of([distance], [ratio])
-    length, a = float(section.half_length[0]), float(section.angle[0])
-
-    def density(t: float) -> float:
-        return float(section.pressure(np.array([t]))[0, 0]) * length * math.sin(t)
-
-    total = quad(density, 0.0, math.pi, points=[a] if 0.0 < a < math.pi else None, limit=200)[0]
-    assert total == pytest.approx(0.5 * math.pi, rel=1e-7)
 
 
 def test_limits_are_hertz() -> None:

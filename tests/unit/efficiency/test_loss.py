@@ -57,12 +57,9 @@ def loaded(mesh: MeshGrids) -> LoadedGrids:
 
 
 def test_power_is_friction_force_times_sliding_speed() -> None:
-    state = ContactState.of(
-        pressure_hertz=[1e9, 1e9, 1e9], radius_equivalent=0.01, effective_modulus=226e9, speed_entrainment=2.0
-    )
-    points = LoadedPoints(
-        state, np.array([100.0, 50.0, 10.0]), np.array([1.0, 2.0, 3.0]), np.array([0, 0, 2]), np.array([0, 1, 0])
-    )
+    one = {"radius_equivalent": 0.01, "effective_modulus": 226e9, "speed_entrainment": 2.0}
+    state, at = ContactState.of(pressure_hertz=[1e9, 1e9, 1e9], **one), (np.array([0, 0, 2]), np.array([0, 1, 0]))
+    points = LoadedPoints(state, np.array([100.0, 50.0, 10.0]), np.array([1.0, 2.0, 3.0]), *at)
     np.testing.assert_allclose(position_losses(points, np.array([0.1, 0.05, 0.2]), 3), [15.0, 0.0, 6.0])
     assert efficiency_of(7.0, 10.0, 7.0) == pytest.approx(0.9)
 

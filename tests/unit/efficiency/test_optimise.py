@@ -155,9 +155,8 @@ def test_what_the_search_tells_wrong_is_corrected_near_checked_points(found: Opt
 
     def exact(point: Evaluation, ratio: float) -> Evaluation:
         pressure, edges = (point.figures[name] for name in limited)
-        return replace(
-            point, figures={"pressure_hertz_max": ratio * pressure * 1.3 / 1.2, "edge_load_share": 2.0 * edges}
-        )
+        figures = {"pressure_hertz_max": ratio * pressure * 1.3 / 1.2, "edge_load_share": 2.0 * edges}
+        return replace(point, figures=figures)
 
     for ratio, expected in ((1.04, 1.04), (1.5, 1.1), (0.5, 0.9), (np.nan, 1.0)):
         corrected = clean.updated(first, exact(first, ratio), limited)
@@ -219,14 +218,8 @@ def test_workers_give_the_same_points_and_lose_one_at_most(found: Optimisation, 
 
 
 def _arguments() -> dict[str, Any]:
-    return PROBLEM | {
-        "variables": BOUNDS,
-        "duty": None,
-        "tolerance": None,
-        "over": "mean",
-        "flanks": "drive",
-        "oil": None,
-    }
+    rest = {"duty": None, "tolerance": None, "over": "mean", "flanks": "drive", "oil": None}
+    return PROBLEM | {"variables": BOUNDS} | rest
 
 
 def test_a_gain_inside_its_interval_is_called_so(found: Optimisation) -> None:

@@ -157,9 +157,8 @@ def test_page_of_a_point_and_of_a_map(grid: Grid, tmp_path: Path) -> None:
     chosen = nearest_point(grid)
     assert (chosen.conditions.torque, chosen.conditions.speed, chosen.conditions.temperature) == (300.0, 120.0, 363.15)
     # the result with its interval and the error of the solution in the first section
-    value, low, high, error = (
-        100.0 * getattr(chosen, f"efficiency{end}") for end in ("", "_lower", "_upper", "_error")
-    )
+    ends = ("", "_lower", "_upper", "_error")
+    value, low, high, error = (100.0 * getattr(chosen, f"efficiency{end}") for end in ends)
     for text in (f"{value:.2f} %", f"{low:.1f} to {high:.1f} %", f"± {error:.1g} %"):
         assert text in page.sections[0]
     assert all(f"{100.0 * point.efficiency:.3f}" in page.text for point in grid.results)

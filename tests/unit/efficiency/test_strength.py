@@ -90,11 +90,8 @@ def test_factors_of_iso_tr_10300_30_samples_2_and_3() -> None:
 
 def test_hypoid_factor_of_iso_tr_10300_30() -> None:
     """Samples 1 to 3 as read in the self test of github.com/afuentesaz/AGMAStandards, commit 3db2c20f."""
-    for pinion, gear, generated, printed in (
-        (35.0, 35.0, 20.0, 1.0),
-        (50.0, 38.610, 17.748, 0.952),
-        (44.991, 21.009, 15.868, 0.829),
-    ):
+    samples = (35.0, 35.0, 20.0, 1.0), (50.0, 38.610, 17.748, 0.952), (44.991, 21.009, 15.868, 0.829)
+    for pinion, gear, generated, printed in samples:
         angles = map(math.radians, (pinion, gear, generated, 20.0))
         assert iso_10300.hypoid_factor(*angles) == pytest.approx(printed, abs=6e-4)
 

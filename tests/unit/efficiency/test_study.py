@@ -55,10 +55,8 @@ def test_points_are_those_of_single_computations(study: Study, designs: list[Des
     assert len(study.points) == 2 * (2**4 + 1)
     assert study.status == "converged"
     moved = designs[1].with_misalignment(E=5e-5)
-    for design, shift, torque, temperature, rough in (
-        (designs[0], 0.0, 100.0, 333.15, 2e-7),
-        (moved, 5e-5, 250.0, 363.15, 4e-7),
-    ):
+    one, other = (designs[0], 0.0, 100.0, 333.15, 2e-7), (moved, 5e-5, 250.0, 363.15, 4e-7)
+    for design, shift, torque, temperature, rough in (one, other):
         loaded = Mesh.of(design, "drive", *GRID["grid"], keep=True).load(torque)
         at = {"speed": 400.0, "temperature": temperature, "roughness_rms_each": rough}
         alone = loaded.efficiency(MODEL, many=True, oil="75w90", **at)

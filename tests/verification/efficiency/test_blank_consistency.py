@@ -70,10 +70,9 @@ def test_pitch_cones_touch_in_space(drawn: PairBlankInput) -> None:
     apex_2 = np.array([0.0, 0.0, -gear.pitch_apex_beyond_crossing])
     apex_1 = -pinion.pitch_apex_beyond_crossing * axis + np.array([0.0, pair.hypoid_offset, 0.0])
     elements = [mean_point(pair) - apex for apex in (apex_1, apex_2)]
-    assert [np.linalg.norm(e) for e in elements] == pytest.approx(
-        [pinion.mean_cone_distance, gear.mean_cone_distance], rel=1e-10
-    )
-    between = float(elements[0] @ elements[1]) / (pinion.mean_cone_distance * gear.mean_cone_distance)
+    lengths = [pinion.mean_cone_distance, gear.mean_cone_distance]
+    assert [np.linalg.norm(e) for e in elements] == pytest.approx(lengths, rel=1e-10)
+    between = float(elements[0] @ elements[1]) / math.prod(lengths)
     difference = pinion.mean_spiral_angle - gear.mean_spiral_angle
     assert between == pytest.approx(cos(difference), abs=1e-10)
     # in this frame, that of a left-hand pinion, the bodies slide along the tooth: signed spiral angles of both elements

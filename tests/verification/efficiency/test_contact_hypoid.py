@@ -150,9 +150,8 @@ def test_gap_is_the_least_distance_of_the_real_flanks_across_the_line(pair: Flan
         e, f, g = (ru * ru).sum(axis=0), (ru * rv).sum(axis=0), (rv * rv).sum(axis=0)
         up, vp = g * roll_u - f * roll_v, e * roll_v - f * roll_u
         size = np.linalg.norm(ru * up + rv * vp, axis=0)
-        rows = [
-            separation(pair, float(angle[own][0]), back, u[own] + s * up / size, v[own] + s * vp / size) for s in shifts
-        ]
+        up, vp, at = up / size, vp / size, float(angle[own][0])
+        rows = [separation(pair, at, back, u[own] + s * up, v[own] + s * vp) for s in shifts]
         least = []
         for column in np.array(rows).T:
             a, b, c = np.polyfit(shifts[np.isfinite(column)], column[np.isfinite(column)], 2)

@@ -31,9 +31,7 @@ STEEL = Material.load("steel")
 
 @cache
 def straight_tooth() -> SolidTooth:
-    return cylindrical_tooth(
-        20, 0.026, 0.033, 0.02, lambda radius: (3e-3 - 0.25 * (radius - 0.026)) / radius, 6e-3, STEEL
-    )
+    return cylindrical_tooth(20, 0.026, 0.033, 0.02, lambda r: (3e-3 - 0.25 * (r - 0.026)) / r, 6e-3, STEEL)
 
 
 def pitch_point(spiral_1: float, spiral_2: float, pressure: float) -> MeshGrids:

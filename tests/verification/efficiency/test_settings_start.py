@@ -208,10 +208,8 @@ def test_conjugate_teeth_have_the_thickness_of_iso_23509(name: str) -> None:
     inputs = load_targets(name)
     none = dict.fromkeys(("crowning_toe", "crowning_heel", "relief_root", "relief_tip"), 0.0)
     wanted = {str(side): getattr(inputs.targets, side).model_copy(update=none) for side in SIDES}
-    update = {
-        "cutting": inputs.cutting.model_copy(update={"pinion": "conjugate"}),
-        "targets": inputs.targets.model_copy(update=wanted),
-    }
+    cutting = inputs.cutting.model_copy(update={"pinion": "conjugate"})
+    update = {"cutting": cutting, "targets": inputs.targets.model_copy(update=wanted)}
     design = machine_settings(inputs.model_copy(update=update), transmission=False).design
     blank = pair_blank(inputs.blank.model_copy(update={"gear_cutting": inputs.cutting.gear}))
     for member in MEMBERS:
