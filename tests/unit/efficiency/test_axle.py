@@ -11,28 +11,9 @@ import numpy as np
 import pytest
 
 import efficiency
+from efficiency.axle import bearings, drag
 from efficiency.axle.axle import Axle
 from efficiency.axle.axle_input import AxleInput, HousingInput, ShaftInput, load_axle
-from efficiency.axle.bearings import (
-    BEARING_METHODS,
-    BearingInput,
-    BearingState,
-    bearing_limits,
-    palmgren_moment,
-    skf_load_variables,
-    skf_moment,
-)
-from efficiency.axle.drag import (
-    CHURNING_METHODS,
-    SMALL_SUMP,
-    OilBath,
-    Wheel,
-    changenet_velex_torque,
-    iso_14179_2_seal,
-    iso_14179_2_torque,
-    linke_seal,
-    windage_torque,
-)
 from efficiency.axle.result import SCATTER, SOURCES, AxlePoint, AxleResult
 from ehl.common.data import data_path
 from ehl.common.errors import ConvergenceError, InputError
@@ -282,27 +263,27 @@ SIZE = {"position": 0.0, "bore": 0.05, "outside_diameter": 0.09, "width": 0.02}
 TAPERED: dict[str, Any] = SIZE | {"type": "tapered_roller", "series": "302", "thrust": "outwards", "axial_factor": 1.4}
 BALL: dict[str, Any] = SIZE | {"type": "deep_groove_ball", "series": "62", "bore": 0.04, "outside_diameter": 0.08}
 ROLLER = BALL | {"type": "cylindrical_roller", "series": "2"}
-WHEEL = Wheel(41, 0.1, 0.105, 0.03, 0.01, math.radians(20.0), math.radians(30.0))
-PINION = Wheel(10, 0.025, 0.03, 0.025, 0.01, math.radians(20.0), math.radians(30.0))
+WHEEL = drag.Wheel(41, 0.1, 0.105, 0.03, 0.01, math.radians(20.0), math.radians(30.0))
+PINION = drag.Wheel(10, 0.025, 0.03, 0.025, 0.01, math.radians(20.0), math.radians(30.0))
 
 
-def bearing(**given: Any) -> BearingInput:
-    return BearingInput.model_validate({"name": "one"} | given)
+def bearing(**given: Any) -> bearings.BearingInput:
+    return bearings.BearingInput.model_validate({"name": "one"} | given)
 
 
 def test_skf_moments_by_hand() -> None:
     """d_m = 70 mm, 1500 rpm, 20 cSt, Fr = 4 kN, Fa = 1.5 kN; each line of the model with a pocket calculator."""
-    state = BearingState(4000.0, 1500.0, 1500.0 * RPM, 20e-6)
-    rolling, sliding = skf_load_variables(bearing(**TAPERED), 4000.0, 1500.0)
+    state = bearings.BearingState(4000.0, 1500.0, 1500.0 * RPM, 20e-6)
+    rolling, sliding = bearings.skf_load_variables(bearing(**TAPERED), 4000.0, 1500.0)
     # 1.76e-6 70^2.38 = 0.043337; (4000 + 10.9 1.4 1500)^0.31 = 23.614
     assert rolling == pytest.approx(1.0234, rel=1e-4)
     assert sliding == pytest.approx(0.55388 * 8200.0, rel=1e-4)  # 0.017 70^0.82 = 0.55388
-    found = skf_moment(bearing(**TAPERED), state)
+    found = bearings.skf_moment(bearing(**TAPERED), state)
     # phi_ish = 0.96761, phi_rs = 0.96608, (nu n)^0.6 = 485.6; phi_bl = 0.0343, mu_sl = 0.006047
     assert found["rolling"] == pytest.approx(1e-3 * 0.96761 * 0.96608 * 1.0234 * 485.6, rel=2e-3)
     assert found["sliding"] == pytest.approx(1e-3 * 0.006047 * 4541.8, rel=2e-3)
     assert found["drag"] == found["seal"] == 0.0
-    wet = skf_moment(bearing(**TAPERED), BearingState(4000.0, 1500.0, 1500.0 * RPM, 20e-6, 0.02))
+    wet = bearings.skf_moment(bearing(**TAPERED), bearings.BearingState(4000.0, 1500.0, 1500.0 * RPM, 20e-6, 0.02))
     # t = 2.039, R_s = 2123.8 mm^2: 4.73 N mm; V_M = 4.29e-4, K_roll = 1.47e-11, C_w = 0.6631: 18.07 N mm
     assert wet["drag"] == pytest.approx(1e-3 * (4.73 + 18.07), rel=2e-3)
     assert wet["rolling"] == pytest.approx(found["rolling"] / 0.96608, rel=1e-4)  # no starvation in the bath
@@ -320,8 +301,8 @@ def test_both_methods_near_the_printed_coefficients_of_friction(given: Any, rati
     """``M = mu P d/2`` with mu of the same catalogue, printed for P = 0.1 C and normal running."""
     load = 0.1 * rating
     simple = 0.5 * coefficient * load * given["bore"]
-    for method in BEARING_METHODS.values():
-        moment = sum(method(bearing(**given), BearingState(load, 0.0, 1500.0 * RPM, 20e-6)).values())
+    for method in bearings.BEARING_METHODS.values():
+        moment = sum(method(bearing(**given), bearings.BearingState(load, 0.0, 1500.0 * RPM, 20e-6)).values())
         assert moment == pytest.approx(simple, rel=0.3)
 
 
@@ -330,73 +311,75 @@ def test_skf_moments_of_independent_programs() -> None:
     # github.com/cfernandesFEUP/Gear-Calculation, bearings.py: NJ 406, 3 kN, 1500 rpm, 32 cSt; 5 kN, 300 rpm, 80 cSt
     nj406 = bearing(**ROLLER | {"series": "4", "bore": 0.03, "outside_diameter": 0.09, "width": 0.023})
     for state, rolling, sliding in (
-        (BearingState(3000.0, 0.0, 1500.0 * RPM, 32e-6), 138.261, 5.50156),
-        (BearingState(5000.0, 400.0, 300.0 * RPM, 80e-6), 111.877, 96.1661),
+        (bearings.BearingState(3000.0, 0.0, 1500.0 * RPM, 32e-6), 138.261, 5.50156),
+        (bearings.BearingState(5000.0, 400.0, 300.0 * RPM, 80e-6), 111.877, 96.1661),
     ):
-        found = skf_moment(nj406, state)
+        found = bearings.skf_moment(nj406, state)
         assert (found["rolling"], found["sliding"]) == pytest.approx((1e-3 * rolling, 1e-3 * sliding), rel=1e-5)
     # a public calculation of the losses of a passenger e-axle (Getrieberechnung_Einstufig.m): 16011, 2000 rpm, 9 cSt
     size = {"bore": 0.055, "outside_diameter": 0.09, "width": 0.011, "static_load_rating": 26000.0}
     ball = bearing(**BALL | size | {"series": "160", "thrust": "both"})
-    found = skf_moment(ball, BearingState(2500.0, 800.0, 2000.0 * RPM, 9e-6, synthetic=True))
+    found = bearings.skf_moment(ball, bearings.BearingState(2500.0, 800.0, 2000.0 * RPM, 9e-6, synthetic=True))
     assert found["sliding"] == pytest.approx(63.6376e-3, rel=1e-5)
     assert found["rolling"] == pytest.approx(91.6170e-3 * 0.967582**-0.5, rel=1e-5)
     # a third one, of bearings under oil: 40 x 80 mm, 3000 rpm, 20 cSt, its diagram read as 0.0012 in place of 0.00124
-    drag = skf_moment(bearing(**BALL), BearingState(1.0, 0.0, 3000.0 * RPM, 20e-6, 1.0))["drag"]
+    drag = bearings.skf_moment(bearing(**BALL), bearings.BearingState(1.0, 0.0, 3000.0 * RPM, 20e-6, 1.0))["drag"]
     assert drag == pytest.approx(1e-3 * (31.2409 * 1.24 / 1.2 + 10.0134), rel=1e-4)
 
 
 @pytest.mark.parametrize("depth", [0.0, 0.02])
 def test_rolling_moment_never_falls_in_colder_oil(depth: float) -> None:
     """Starvation would bring it to zero in cold oil outside of a bath."""
-    states = [BearingState(4000.0, 1500.0, 1500.0 * RPM, nu, depth) for nu in np.geomspace(1e-5, 1.0, 40)]
-    moments = [skf_moment(bearing(**TAPERED), state)["rolling"] for state in states]
+    states = [bearings.BearingState(4000.0, 1500.0, 1500.0 * RPM, nu, depth) for nu in np.geomspace(1e-5, 1.0, 40)]
+    moments = [bearings.skf_moment(bearing(**TAPERED), state)["rolling"] for state in states]
     assert np.all(np.diff(moments) >= -1e-9)
-    noted = [any("rolling" in note for note in bearing_limits("skf", bearing(**TAPERED), state)) for state in states]
+    limits = [bearings.bearing_limits("skf", bearing(**TAPERED), state) for state in states]
+    noted = [any("rolling" in note for note in notes) for notes in limits]
     assert noted[-1]
     assert not noted[0]
 
 
 def test_palmgren_by_hand() -> None:
     """f0 = 6, nu n = 30000: 1e-7 6 965.5 70^3 N mm; P1 = 2 1.4 1500 = 4200 N > Fr: 4e-4 4200 70 N mm."""
-    found = palmgren_moment(bearing(**TAPERED), BearingState(4000.0, 1500.0, 1500.0 * RPM, 20e-6))
+    found = bearings.palmgren_moment(bearing(**TAPERED), bearings.BearingState(4000.0, 1500.0, 1500.0 * RPM, 20e-6))
     assert found["no load"] == pytest.approx(0.19870, rel=1e-4)
     assert found["load"] == pytest.approx(0.1176, rel=1e-9)
-    slow = palmgren_moment(bearing(**TAPERED), BearingState(0.0, 0.0, 99.9 * RPM, 20e-6))["no load"]
-    fast = palmgren_moment(bearing(**TAPERED), BearingState(0.0, 0.0, 100.1 * RPM, 20e-6))["no load"]
+    slow = bearings.palmgren_moment(bearing(**TAPERED), bearings.BearingState(0.0, 0.0, 99.9 * RPM, 20e-6))["no load"]
+    fast = bearings.palmgren_moment(bearing(**TAPERED), bearings.BearingState(0.0, 0.0, 100.1 * RPM, 20e-6))["no load"]
     assert fast == pytest.approx(slow, rel=0.01)  # both branches meet at nu n = 2000
     # printed in a public study: f0 = 1.7, nu = 30 cSt, d_m = 45 mm, 10 500 rpm: 0.072 N m
     printed = bearing(**BALL | {"bore": 0.03, "outside_diameter": 0.06}, f0=1.7)
-    found = palmgren_moment(printed, BearingState(0.0, 0.0, 10500.0 * RPM, 30e-6))
+    found = bearings.palmgren_moment(printed, bearings.BearingState(0.0, 0.0, 10500.0 * RPM, 30e-6))
     assert found["no load"] == pytest.approx(0.072, rel=5e-3)
     stated = bearing(**TAPERED, f0=3.0)
-    assert palmgren_moment(stated, BearingState(0.0, 0.0, 157.0, 20e-6))["no load"] == pytest.approx(0.09932, rel=2e-3)
+    found = bearings.palmgren_moment(stated, bearings.BearingState(0.0, 0.0, 157.0, 20e-6))
+    assert found["no load"] == pytest.approx(0.09932, rel=2e-3)
 
 
 def test_seals_of_bearings_and_limits_of_speed_and_oil() -> None:
     sealed = bearing(**TAPERED, seal_diameter=0.06, seal_constants=(0.018, 2.25, 15.0))
-    state = BearingState(4000.0, 1500.0, 1500.0 * RPM, 20e-6)
-    assert skf_moment(sealed, state)["seal"] == pytest.approx(1e-3 * (0.018 * 60.0**2.25 + 15.0))
-    still = skf_moment(bearing(**TAPERED), BearingState(4000.0, 1500.0, 0.0, 20e-6, 0.02))
+    state = bearings.BearingState(4000.0, 1500.0, 1500.0 * RPM, 20e-6)
+    assert bearings.skf_moment(sealed, state)["seal"] == pytest.approx(1e-3 * (0.018 * 60.0**2.25 + 15.0))
+    still = bearings.skf_moment(bearing(**TAPERED), bearings.BearingState(4000.0, 1500.0, 0.0, 20e-6, 0.02))
     # at rest the starting torque: mu = 0.15 on the sliding load alone
     assert still == {"rolling": 0.0, "sliding": pytest.approx(0.15e-3 * 4541.8, rel=1e-4), "seal": 0.0, "drag": 0.0}
-    unloaded = skf_moment(bearing(**TAPERED), BearingState(0.0, 0.0, 100.0, 20e-6))
+    unloaded = bearings.skf_moment(bearing(**TAPERED), bearings.BearingState(0.0, 0.0, 100.0, 20e-6))
     assert sum(unloaded.values()) == 0.0
-    cold = BearingState(4000.0, 1500.0, 1500.0 * RPM, 0.05, 0.02)
-    assert math.isfinite(sum(skf_moment(bearing(**TAPERED), cold).values()))
-    assert bearing_limits("skf", bearing(**TAPERED), cold)
-    assert bearing_limits("skf", bearing(**TAPERED), state) == []
-    assert bearing_limits("iso_14179_2", bearing(**TAPERED), cold) == []
+    cold = bearings.BearingState(4000.0, 1500.0, 1500.0 * RPM, 0.05, 0.02)
+    assert math.isfinite(sum(bearings.skf_moment(bearing(**TAPERED), cold).values()))
+    assert bearings.bearing_limits("skf", bearing(**TAPERED), cold)
+    assert bearings.bearing_limits("skf", bearing(**TAPERED), state) == []
+    assert bearings.bearing_limits("iso_14179_2", bearing(**TAPERED), cold) == []
 
 
 def test_seals_by_hand() -> None:
     """50 mm, 1500 rpm; 75W-90 of 97.5 cSt: lg lg 98.3 = 0.29941."""
     oil, kelvin = Oil.load("75w90"), 90.0 + 273.15
-    assert iso_14179_2_seal(0.05, 1500.0 * RPM, oil, kelvin) == pytest.approx(28.84, rel=1e-3)
+    assert drag.iso_14179_2_seal(0.05, 1500.0 * RPM, oil, kelvin) == pytest.approx(28.84, rel=1e-3)
     by_hand = (145.0 - 144.0 + 350.0 * 0.29941) * 1e-7 * 2500.0 * 1500.0
-    assert linke_seal(0.05, 1500.0 * RPM, oil, kelvin) == pytest.approx(by_hand, rel=1e-4)
-    assert linke_seal(0.05, -157.0, oil, kelvin) == linke_seal(0.05, 157.0, oil, kelvin)
-    assert linke_seal(0.05, 157.0, oil, 233.15) > linke_seal(0.05, 157.0, oil, kelvin)
+    assert drag.linke_seal(0.05, 1500.0 * RPM, oil, kelvin) == pytest.approx(by_hand, rel=1e-4)
+    assert drag.linke_seal(0.05, -157.0, oil, kelvin) == drag.linke_seal(0.05, 157.0, oil, kelvin)
+    assert drag.linke_seal(0.05, 157.0, oil, 233.15) > drag.linke_seal(0.05, 157.0, oil, kelvin)
 
 
 def test_churning_by_hand() -> None:
@@ -404,23 +387,25 @@ def test_churning_by_hand() -> None:
     wetted = 0.012284 + 0.0062832 + 2.0 * 41 * 1.047198 * 0.01 * 0.03 / (math.pi * 0.939693 * 0.866025)
     viscous = 1.366 * 0.25**0.45 * 2.0**0.1 * 0.254929**-0.6 * 1000.0**-0.21  # 5 rad/s, 15 cSt, V = 2 D^3
     at_5 = 0.5 * 820.0 * 25.0 * 1e-3 * wetted * viscous
-    assert changenet_velex_torque(WHEEL, 0.05, 5.0, 15e-6, 820.0, 0.016) == pytest.approx(at_5, rel=1e-3)
+    assert drag.changenet_velex_torque(WHEEL, 0.05, 5.0, 15e-6, 820.0, 0.016) == pytest.approx(at_5, rel=1e-3)
     inertial = 3.644 * 0.25**0.1 * 2.0**-0.35 * 25.4929**-0.88 * 0.15**0.85  # 50 rad/s
     at_50 = 0.5 * 820.0 * 2500.0 * 1e-3 * wetted * inertial
-    assert changenet_velex_torque(WHEEL, 0.05, 50.0, 15e-6, 820.0, 0.016) == pytest.approx(at_50, rel=1e-3)
+    assert drag.changenet_velex_torque(WHEEL, 0.05, 50.0, 15e-6, 820.0, 0.016) == pytest.approx(at_50, rel=1e-3)
     # less oil than was measured counts as V = D^3
-    small, least = (changenet_velex_torque(WHEEL, 0.05, 50.0, 15e-6, 820.0, v) for v in (0.001, SMALL_SUMP * 0.2**3))
-    assert small == least
+    of_sump = [
+        drag.changenet_velex_torque(WHEEL, 0.05, 50.0, 15e-6, 820.0, v) for v in (0.001, 0.2**3 * drag.SMALL_SUMP)
+    ]
+    assert of_sump[0] == of_sump[1]
     # Mauz: C1 = 0.063 5 + 0.0128 27, C2 = 5/80 + 0.2, v = 5 m/s
-    assert iso_14179_2_torque(0.05, 0.03, 5.0) == pytest.approx(0.6606 * math.exp(0.13125), rel=1e-4)
+    assert drag.iso_14179_2_torque(0.05, 0.03, 5.0) == pytest.approx(0.6606 * math.exp(0.13125), rel=1e-4)
 
 
-@pytest.mark.parametrize("method", CHURNING_METHODS.values())
+@pytest.mark.parametrize("method", drag.CHURNING_METHODS.values())
 def test_churning_of_a_stage(method: Any) -> None:
     """Nothing without oil or at rest; more where the gears dip deeper; a dry pinion adds nothing."""
 
     def loss(*depths: float, speed: float = 50.0) -> float:
-        return float(method((PINION, WHEEL), OilBath(depths, (4.0 * speed, speed), 15e-6, 820.0, 0.01)))  # type: ignore[arg-type]
+        return float(method((PINION, WHEEL), drag.OilBath(depths, (4.0 * speed, speed), 15e-6, 820.0, 0.01)))  # type: ignore[arg-type]
 
     assert loss(0.0, 0.0) == loss(0.02, 0.05, speed=0.0) == 0.0
     assert loss(0.02, 0.05) > loss(0.0, 0.05) > loss(0.0, 0.02) > 0.0
@@ -429,22 +414,22 @@ def test_churning_of_a_stage(method: Any) -> None:
 
 def test_stage_of_iso_14179_2_has_one_torque() -> None:
     """Depths 20 and 50 mm, the smaller face, speed of the gear; not one torque for each gear."""
-    bath = OilBath((0.02, 0.05), (200.0, 50.0), 15e-6, 820.0, 0.01)
+    bath = drag.OilBath((0.02, 0.05), (200.0, 50.0), 15e-6, 820.0, 0.01)
     by_hand = 50.0 * (0.063 * 7.0 + 0.0128 * 2.5**3) * math.exp((7.0 / 80.0 + 0.2) * 0.5)
-    assert CHURNING_METHODS["iso_14179_2"]((PINION, WHEEL), bath) == pytest.approx(by_hand, rel=1e-9)
+    assert drag.CHURNING_METHODS["iso_14179_2"]((PINION, WHEEL), bath) == pytest.approx(by_hand, rel=1e-9)
 
 
 def test_regimes_of_churning_are_joined() -> None:
     speeds = np.linspace(15.0, 60.0, 400)
-    torques = np.array([changenet_velex_torque(WHEEL, 0.05, w, 15e-6, 820.0, 0.016) for w in speeds])
+    torques = np.array([drag.changenet_velex_torque(WHEEL, 0.05, w, 15e-6, 820.0, 0.016) for w in speeds])
     assert np.max(np.abs(np.diff(torques))) < 0.02 * torques.max()
 
 
 def test_windage_of_a_disc() -> None:
     """Turbulent at Re = 66 667: C = 0.146 Re^-0.2; laminar at 3333: 3.87 Re^-0.5 (Schlichting)."""
-    assert windage_torque(0.1, 100.0) == pytest.approx(0.6 * 1e4 * 1e-5 * 0.146 * 66666.7**-0.2, rel=1e-5)
-    assert windage_torque(0.1, 5.0) == pytest.approx(0.6 * 25.0 * 1e-5 * 3.87 * 3333.33**-0.5, rel=1e-5)
-    assert windage_torque(0.1, 0.0) == 0.0
+    assert drag.windage_torque(0.1, 100.0) == pytest.approx(0.6 * 1e4 * 1e-5 * 0.146 * 66666.7**-0.2, rel=1e-5)
+    assert drag.windage_torque(0.1, 5.0) == pytest.approx(0.6 * 25.0 * 1e-5 * 3.87 * 3333.33**-0.5, rel=1e-5)
+    assert drag.windage_torque(0.1, 0.0) == 0.0
 
 
 def shaft(preload: float = 0.0, third: tuple[Any, ...] = ()) -> ShaftInput:

@@ -12,16 +12,8 @@ from samples import OPERATION
 import efficiency
 from efficiency.contact.mesh_surface import undirected
 from efficiency.design.design import Design
+from efficiency.loss import lubrication
 from efficiency.loss.kinematics import LoadedPoints, Operation
-from efficiency.loss.lubrication import (
-    CoolingInput,
-    SolvedFriction,
-    biboulet_houpert_2010,
-    iso_15144_bulk_rise,
-    local_lubrication,
-    surface_temperature,
-    warming,
-)
 from efficiency.pair import GearPair
 from ehl.common.validation import validate
 from ehl.fluid.oil import Oil
@@ -54,13 +46,13 @@ def test_blok_flash_is_that_of_the_moving_heat_source(motion: tuple[float, float
     """Against Jaeger's band sources on a grid; 1.11 is printed with three digits."""
     state, contact = point(*motion)
     rise = flash_of_rubbing(contact, 0.08, BODIES, (363.15, 363.15)) - 363.15
-    assert surface_temperature(state, np.array([0.08]), BODIES)[0] - 363.15 == pytest.approx(rise, rel=5e-3)
+    assert lubrication.surface_temperature(state, np.array([0.08]), BODIES)[0] - 363.15 == pytest.approx(rise, rel=5e-3)
 
 
 def test_heat_goes_to_the_faster_surface_and_both_bulks_count() -> None:
     state, _ = point(1e9, 4.0, 1.2, 0.0, temperature_bulk_1=400.0, temperature_bulk_2=370.0)
     # u1 = 6.4, u2 = 1.6 m/s: effusivities times sqrt(u) as 2 to 1, so that two thirds of the heat go to body 1
-    np.testing.assert_allclose(surface_temperature(state, np.zeros(1), BODIES), 390.0)
+    np.testing.assert_allclose(lubrication.surface_temperature(state, np.zeros(1), BODIES), 390.0)
 
 
 @pytest.mark.parametrize(("pressure", "speed"), [(1e8, 1.0), (3e8, 10.0), (1e9, 1.0), (1.8e9, 10.0)])
@@ -70,7 +62,7 @@ def test_rolling_traction_formula_against_the_solver(pressure: float, speed: flo
     model = ModelInput(accuracy="fast", thermal="off")
     solved = solve_contact(ContactProblem(contact, lubricant, SurfaceInput(), model, BODIES, (363.15, 363.15)))
     scale = contact.effective_modulus * contact.radius_equivalent
-    formula = biboulet_houpert_2010(
+    formula = lubrication.biboulet_houpert_2010(
         np.array([2.0 * lubricant.viscosity_inlet * speed / scale]), np.array([contact.load_per_length / scale])
     )
     assert 0.8 < formula[0] / solved.rolling_traction < 1.05
@@ -79,7 +71,7 @@ def test_rolling_traction_formula_against_the_solver(pressure: float, speed: flo
 def test_rolling_traction_has_both_limits() -> None:
     speed = np.array([1e-11])
     # light loads: sqrt(U W); heavy ones: U^0.75, whatever the load
-    light, heavy = (biboulet_houpert_2010(speed, np.array([load])) * load for load in (1e-8, 1e-3))
+    light, heavy = (lubrication.biboulet_houpert_2010(speed, np.array([load])) * load for load in (1e-8, 1e-3))
     np.testing.assert_allclose(light, 1.42 * np.sqrt(speed * 1e-8), rtol=1e-3)
     np.testing.assert_allclose(heavy, 1.47 * speed**0.75, rtol=1e-9)
 
@@ -91,11 +83,11 @@ def loaded(state: ContactState) -> LoadedPoints:
 def test_solved_contacts_bring_their_own_lubrication() -> None:
     state, _ = point(1e9, 3.0, 0.2, 0.0, roughness_rms_1=3e-7, roughness_rms_2=4e-7)
     mu, one = np.array([0.05]), np.ones(1)
-    given = SolvedFriction(mu, mu, mu, np.zeros(1, np.int8), 1e-7 * one, 0.5 * one, 400.0 * one, 1e-4 * one)
-    own = local_lubrication(loaded(state), given, conditions_of(state, OIL), BODIES)
+    given = lubrication.SolvedFriction(mu, mu, mu, np.zeros(1, np.int8), 1e-7 * one, 0.5 * one, 400.0 * one, 1e-4 * one)
+    own = lubrication.local_lubrication(loaded(state), given, conditions_of(state, OIL), BODIES)
     assert (own.source, own.film_central[0], own.film_ratio[0]) == ("ehl", 1e-7, 0.5)
     plain = ConstantFriction(0.05).mu(state, oil=OIL)
-    formula = local_lubrication(loaded(state), plain, conditions_of(state, OIL), BODIES)
+    formula = lubrication.local_lubrication(loaded(state), plain, conditions_of(state, OIL), BODIES)
     assert formula.source == "formula"
     # the film ratio is that of the isothermal film, the film itself thinner by the heat of the inlet
     assert 0.8 < formula.film_central[0] / (formula.film_ratio[0] * 5e-7) < 1.0
@@ -106,7 +98,7 @@ SIZE = (91.5e-3, 14e-3)
 
 def warm_operation(loss: Callable[[Operation], float]) -> Operation:
     """The operation in balance with a loss."""
-    run = warming(OPERATION, SIZE, 1.0)
+    run = lubrication.warming(OPERATION, SIZE, 1.0)
     trial = next(run)
     while True:
         try:
@@ -118,10 +110,11 @@ def warm_operation(loss: Callable[[Operation], float]) -> Operation:
 
 def test_formula_by_hand() -> None:
     """FZG type C: 0.3 kW over 91.5 mm times 14 mm: 7400 (2.342e-4)^0.72/1.2 = 15.0 K, dip lubrication."""
-    assert iso_15144_bulk_rise(300.0, *SIZE) == pytest.approx(7400.0 * (0.3 / (91.5 * 14.0)) ** 0.72 / 1.2, rel=1e-12)
-    assert iso_15144_bulk_rise(300.0, *SIZE) == pytest.approx(15.0, rel=1e-3)
-    assert iso_15144_bulk_rise(300.0, *SIZE, 0.2) == pytest.approx(0.2 * iso_15144_bulk_rise(300.0, *SIZE))
-    assert iso_15144_bulk_rise(0.0, *SIZE) == 0.0
+    rise = lubrication.iso_15144_bulk_rise(300.0, *SIZE)
+    assert rise == pytest.approx(7400.0 * (0.3 / (91.5 * 14.0)) ** 0.72 / 1.2, rel=1e-12)
+    assert rise == pytest.approx(15.0, rel=1e-3)
+    assert lubrication.iso_15144_bulk_rise(300.0, *SIZE, 0.2) == pytest.approx(0.2 * rise)
+    assert lubrication.iso_15144_bulk_rise(0.0, *SIZE) == 0.0
 
 
 @pytest.mark.parametrize("slope", [-0.02, 0.0, 0.02])
@@ -133,7 +126,7 @@ def test_temperature_and_loss_are_in_balance(slope: float) -> None:
 
     found = warm_operation(loss)
     rise = found.bulk[0] - found.temperature
-    assert rise == pytest.approx(iso_15144_bulk_rise(loss(found), *SIZE), abs=0.05)
+    assert rise == pytest.approx(lubrication.iso_15144_bulk_rise(loss(found), *SIZE), abs=0.05)
     assert found.bulk[0] == found.bulk[1] == found.inlet
 
 
@@ -151,7 +144,7 @@ def test_teeth_are_warm_by_default_and_as_the_oil_on_request(friction: str) -> N
     size = loaded.mesh.pitch.radius_pinion + loaded.mesh.pitch.radius_gear, DESIGN.common_face_width
     # of the loss without friction in the torque balance, on the coarse grid, of a formula where contacts are solved
     within = 0.3 if friction == "ehl:smooth" else 0.06
-    assert rise == pytest.approx(iso_15144_bulk_rise(warm.power_loss, *size), rel=within)
+    assert rise == pytest.approx(lubrication.iso_15144_bulk_rise(warm.power_loss, *size), rel=within)
     with refuses("bulk"):
         loaded.efficiency(friction, bulk="hot")  # type: ignore[arg-type]
 
@@ -164,14 +157,14 @@ def test_a_bulk_temperature_at_the_end_of_the_oil_laws_has_a_note() -> None:
 
 
 def test_lubrication_of_the_design_counts() -> None:
-    cooling = validate(CoolingInput, {"lubrication": "submerged"})
+    cooling = validate(lubrication.CoolingInput, {"lubrication": "submerged"})
     rises = []
     for design in (DESIGN, DESIGN.model_copy(update={"cooling": cooling})):
         result = GearPair(design).mesh("drive", 4, 9).load(100.0).efficiency("constant:0.05")
         rises.append(result.conditions.temperature_bulk_pinion - result.conditions.temperature)
     assert rises[1] / rises[0] == pytest.approx(0.2, rel=1e-3)
     with refuses("lubrication"):
-        validate(CoolingInput, {"lubrication": "dry"})
+        validate(lubrication.CoolingInput, {"lubrication": "dry"})
 
 
 @pytest.fixture(scope="module")

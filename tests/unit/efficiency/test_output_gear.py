@@ -26,14 +26,7 @@ from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.kinematics import Operation
 from efficiency.ltca.mesh_grids import load_grids
 from efficiency.mesh import Mesh
-from efficiency.output.comparison_report import (
-    axis_limit,
-    plot_comparison,
-    plot_friction_along_mesh,
-    plot_loss_along_mesh,
-    plot_loss_by_region,
-    plot_run_time,
-)
+from efficiency.output import comparison_report as report
 from efficiency.output.files import inspection_grid, write_inspection_grid
 from efficiency.output.flank_map import FlankMap
 from efficiency.output.gear_report import load_figures, loss_figures, mesh_figures, nearest_point
@@ -117,10 +110,10 @@ def test_sliding_is_the_rate_of_the_blank_coordinates(flank: FlankMap, result: E
 def test_every_axis_has_its_unit(flank: FlankMap, result: EfficiencyResult, grid: Grid, comparison: Comparison) -> None:
     for picture in chain(load_figures(flank), loss_figures(flank), mesh_figures(result), map_figures(grid)):
         require_units(figure_of(picture.draw()))
-    for figure in (plot_friction_along_mesh(comparison), plot_loss_along_mesh(comparison)):
+    for figure in (report.plot_friction_along_mesh(comparison), report.plot_loss_along_mesh(comparison)):
         require_units(figure)
-    assert plot_run_time(comparison).axes[0].get_xlabel().endswith("[s]")
-    shown = plot_loss_by_region(comparison).axes[0].images[0].get_array()
+    assert report.plot_run_time(comparison).axes[0].get_xlabel().endswith("[s]")
+    shown = report.plot_loss_by_region(comparison).axes[0].images[0].get_array()
     np.testing.assert_allclose(np.asarray(shown).sum(), 100.0)
 
 
@@ -171,11 +164,11 @@ def test_page_of_a_point_and_of_a_map(grid: Grid, tmp_path: Path) -> None:
 def test_a_wild_interval_does_not_ruin_the_chart(comparison: Comparison) -> None:
     first = comparison.rows[0]
     wild = replace(first, name="wild", efficiency=0.98, efficiency_lower=-0.49, efficiency_upper=0.985)
-    axes = plot_comparison(replace(comparison, rows=(*comparison.rows, wild)))
+    axes = report.plot_comparison(replace(comparison, rows=(*comparison.rows, wild)))
     # an arrow at the end of the axis of the others
     assert sum(line.get_marker() == ">" for line in axes.lines) == 1
-    assert axis_limit(np.array([1.0, 1.2, np.nan, 150.0])) == 1.2
-    assert axis_limit(np.array([np.nan])) == 1.0
+    assert report.axis_limit(np.array([1.0, 1.2, np.nan, 150.0])) == 1.2
+    assert report.axis_limit(np.array([np.nan])) == 1.0
 
 
 def test_comparison_as_page_and_tables(comparison: Comparison, tmp_path: Path) -> None:

@@ -12,14 +12,7 @@ import efficiency
 from efficiency.blanks import iso_10300
 from efficiency.ltca.limits import EDGE_LIMIT, EdgeLoad
 from efficiency.mesh import LoadedMesh
-from efficiency.strength.rating import (
-    YIELD_RATIO,
-    LocalConditions,
-    rate_strength,
-    scuffing_temperature,
-    shakedown_pressure,
-    shear_stress,
-)
+from efficiency.strength import rating
 from efficiency.strength.root_stress import root_tooth
 from ehl.fluid.oil import Oil
 from ehl.material import Material
@@ -37,7 +30,7 @@ def test_line_contact_yields_at_1_79_of_the_yield_stress() -> None:
     across, down = -((1.0 + 2.0 * z**2) / root - 2.0 * z), -1.0 / root
     along = 0.3 * (across + down)
     mises = np.sqrt(0.5 * ((across - down) ** 2 + (down - along) ** 2 + (along - across) ** 2))
-    assert 1.0 / mises.max() == pytest.approx(YIELD_RATIO, rel=3e-3)
+    assert 1.0 / mises.max() == pytest.approx(rating.YIELD_RATIO, rel=3e-3)
     shear = 0.5 * np.abs(across - down)
     assert shear.max() == pytest.approx(0.300, abs=5e-4)
     assert z[shear.argmax()] == pytest.approx(0.786, abs=2e-3)
@@ -45,15 +38,15 @@ def test_line_contact_yields_at_1_79_of_the_yield_stress() -> None:
 
 def test_shear_at_the_surface_is_the_friction() -> None:
     x = np.linspace(-0.95, 0.95, 9)
-    np.testing.assert_allclose(shear_stress(x, np.full(9, 1e-9), 0.2), -0.2 * np.sqrt(1.0 - x**2), atol=1e-6)
+    np.testing.assert_allclose(rating.shear_stress(x, np.full(9, 1e-9), 0.2), -0.2 * np.sqrt(1.0 - x**2), atol=1e-6)
 
 
 def test_shakedown_of_rolling_and_of_sliding_contacts() -> None:
     k = 1.0 / math.sqrt(3.0)
-    assert shakedown_pressure(1.0) == pytest.approx(4.0 * k, rel=1e-3)
+    assert rating.shakedown_pressure(1.0) == pytest.approx(4.0 * k, rel=1e-3)
     # the surface decides
-    assert shakedown_pressure(1.0, 0.5) == pytest.approx(k / 0.5, rel=1e-3)
-    assert np.all(np.diff(shakedown_pressure(1.0, np.linspace(0.0, 0.5, 11))) < 0.0)
+    assert rating.shakedown_pressure(1.0, 0.5) == pytest.approx(k / 0.5, rel=1e-3)
+    assert np.all(np.diff(rating.shakedown_pressure(1.0, np.linspace(0.0, 0.5, 11))) < 0.0)
 
 
 def test_factors_of_iso_tr_10300_30_sample_1() -> None:
@@ -139,7 +132,9 @@ def rated(loaded: LoadedMesh, edges: EdgeLoad | None = None, **local: Any) -> An
         "bulk": (360.0, 370.0), "roughness": (4e-7, 4e-7), "viscosity_40": 1e-4, "speed": 5.0, "module": 3.2e-3,
         "hypoid": 1.0,
     } | local  # fmt: skip
-    return rate_strength(load, teeth, edges or EdgeLoad(), ("no solid", "no solid"), LocalConditions(**given), 0.45)
+    return rating.rate_strength(
+        load, teeth, edges or EdgeLoad(), ("no solid", "no solid"), rating.LocalConditions(**given), 0.45
+    )
 
 
 def test_temperatures_and_films_of_even_conditions(loaded: LoadedMesh) -> None:
@@ -156,13 +151,13 @@ def test_safety_against_scuffing_and_micropitting_needs_tests_of_the_oil(loaded:
     unknown = rated(loaded)
     assert np.isnan([unknown.safety_scuffing, unknown.safety_micropitting]).all()
     # stage 12, VG 100 mineral: 80 + .23 * 536.5 + 1.5 * .2 * 536.5 degC
-    limit = scuffing_temperature(12, 1e-4, "mineral")
+    limit = rating.scuffing_temperature(12, 1e-4, "mineral")
     assert limit - 273.15 == pytest.approx(80.0 + 0.53 * 3.726 * 144.0)
-    assert scuffing_temperature(12, 1e-4, "pao") - 273.15 == pytest.approx(80.0 + 0.8 * 0.53 * 3.726 * 144.0)
+    assert rating.scuffing_temperature(12, 1e-4, "pao") - 273.15 == pytest.approx(80.0 + 0.8 * 0.53 * 3.726 * 144.0)
     known = rated(loaded, scuffing_temperature=limit, film_permissible=0.5)
     assert known.safety_scuffing == pytest.approx((limit - 273.15) / (known.temperature_integral - 273.15))
     assert known.safety_micropitting == pytest.approx(known.film_specific / 0.5)
-    weak = rated(loaded, scuffing_temperature=scuffing_temperature(1, 1e-4, "mineral"), film_permissible=2.0)
+    weak = rated(loaded, scuffing_temperature=rating.scuffing_temperature(1, 1e-4, "mineral"), film_permissible=2.0)
     assert {"scuffing", "micropitting"} <= {grade.kind for grade in weak.grades if grade.level == "warning"}
     assert len(known.notes) == len(unknown.notes) - 2
     # mu = 0 in oil of 0 degC and below, and a film without roughness: no number, no warning, no note on the card

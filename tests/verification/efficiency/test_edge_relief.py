@@ -45,11 +45,8 @@ def test_depth_is_the_amount_at_the_edge_and_nothing_at_the_length(form: Any, ha
 
 def test_each_edge_counts_from_itself_and_the_deeper_one_in_a_corner() -> None:
     blank = load_design(PAIR).gear.blank
-    relief = MemberRelief(
-        tip=EdgeRelief(amount=20e-6, length=1e-3, form="linear"),
-        toe=EdgeRelief(amount=30e-6, length=4e-3, form="linear"),
-        heel=None,
-    )
+    at_tip, at_toe = (EdgeRelief(amount=a, length=b, form="linear") for a, b in ((20e-6, 1e-3), (30e-6, 4e-3)))
+    relief = MemberRelief(tip=at_tip, toe=at_toe, heel=None)
     half = 0.5 * blank.face_width
     u = np.array([-half, -half + 1e-3, 0.0, half, -half])
     below = np.array([2e-3, 3e-3, 0.25e-3, 0.5e-3, 0.0])

@@ -16,15 +16,8 @@ from efficiency.contact.mesh_surface import EDGES
 from efficiency.loss.closed_form import profile_contact_ratio
 from efficiency.loss.efficiency import load_grids, mesh_efficiency
 from efficiency.loss.kinematics import Operation
+from efficiency.ltca import load_distribution as ltca
 from efficiency.ltca.limits import edge_load
-from efficiency.ltca.load_distribution import (
-    ElasticPosition,
-    LoadDistribution,
-    distribute_load,
-    elastic_cycle,
-    loads_of_forces,
-    weber_local,
-)
 from efficiency.mesh import Mesh
 from regression.formula import friction_model
 from regression.friction.models import ConstantFriction
@@ -36,12 +29,12 @@ def geared() -> Mesh:
 
 
 @pytest.fixture(scope="module")
-def load(geared: Mesh) -> LoadDistribution:
+def load(geared: Mesh) -> ltca.LoadDistribution:
     return load_grids(geared.grids, 300.0).fine
 
 
 @pytest.fixture(scope="module")
-def crowded(geared: Mesh) -> ElasticPosition:
+def crowded(geared: Mesh) -> ltca.ElasticPosition:
     return max(geared.grids.elastic_fine, key=lambda p: np.unique(p.position.pair).size)
 
 
@@ -62,15 +55,15 @@ def test_balance_and_optimality(geared: Mesh, torque: float) -> None:
         assert separation.min() > -1e-10 * scale
 
 
-def test_stiffness_is_the_derivative_of_the_torque(crowded: ElasticPosition, geared: Mesh) -> None:
+def test_stiffness_is_the_derivative_of_the_torque(crowded: ltca.ElasticPosition, geared: Mesh) -> None:
     step = 1e-4
     torques = [300.0 * (1.0 + k * step) for k in (-1, 0, 1)]
-    low, middle, high = (distribute_load([crowded], geared.grids.teeth, t).positions[0] for t in torques)
+    low, middle, high = (ltca.distribute_load([crowded], geared.grids.teeth, t).positions[0] for t in torques)
     slope = 600.0 * step / (high.approach - low.approach)
     assert middle.equilibrium.stiffness == pytest.approx(slope, rel=1e-3)
 
 
-def straight_line(crowded: ElasticPosition, points: int = 9) -> ElasticPosition:
+def straight_line(crowded: ltca.ElasticPosition, points: int = 9) -> ltca.ElasticPosition:
     """One straight line of even radius and no gap, on teeth that do not bend."""
     at = crowded.position
     k = int(np.argmin(np.abs(at.height_gear - 0.5 * at.height_gear.max())))
@@ -85,14 +78,14 @@ def straight_line(crowded: ElasticPosition, points: int = 9) -> ElasticPosition:
     depths = tuple(np.repeat(depth[k : k + 1], points) for depth in law.depths)
     edge = {"free_edge": zero, "edge_distance": zero + np.inf, "rounding": zero + 1.0}
     law = replace(law, length=position.length, radius_equivalent=position.radius_equivalent, depths=depths, **edge)
-    return ElasticPosition(position, np.zeros((points, points)), law)
+    return ltca.ElasticPosition(position, np.zeros((points, points)), law)
 
 
-def test_hertz_limit_is_exact(crowded: ElasticPosition, geared: Mesh) -> None:
+def test_hertz_limit_is_exact(crowded: ltca.ElasticPosition, geared: Mesh) -> None:
     """A single straight line of rigid teeth: even load, Hertz pressure and width, Weber's approach."""
     line, torque = straight_line(crowded), 100.0
     at, modulus = line.position, line.approach.effective_modulus
-    load = distribute_load([line], geared.grids.teeth, torque).positions[0]
+    load = ltca.distribute_load([line], geared.grids.teeth, torque).positions[0]
     even = torque / float(at.lever_pinion[0]) / (at.length.sum())
     np.testing.assert_allclose(load.load_per_length, even, rtol=1e-12)
     radius = float(at.radius_equivalent[0])
@@ -101,7 +94,7 @@ def test_hertz_limit_is_exact(crowded: ElasticPosition, geared: Mesh) -> None:
     np.testing.assert_allclose(load.pressure_hertz, 2.0 * even / (math.pi * half_width), rtol=1e-12)
     np.testing.assert_array_equal(load.pressure_max, load.pressure_hertz)
     approach = sum(
-        float(weber_local(even, half_width, depth[0], material.youngs_modulus, material.poisson_ratio))
+        float(ltca.weber_local(even, half_width, depth[0], material.youngs_modulus, material.poisson_ratio))
         for depth, material in zip(line.approach.depths, line.approach.materials, strict=True)
     )
     assert load.approach * at.lever_pinion[0] == pytest.approx(approach, rel=1e-11)
@@ -120,7 +113,7 @@ def test_light_load_approaches_the_unloaded_transmission_error(geared: Mesh) -> 
     assert exponent == pytest.approx(2.0 / 3.0, abs=0.04)
 
 
-def test_edges_take_over_where_the_path_ends(load: LoadDistribution, geared: Mesh) -> None:
+def test_edges_take_over_where_the_path_ends(load: ltca.LoadDistribution, geared: Mesh) -> None:
     """A pair comes in on the tip edge of the gear and goes out on that of the pinion, before and after its path."""
     names: dict[str, list[float]] = {}
     for p in load.positions:
@@ -133,7 +126,7 @@ def test_edges_take_over_where_the_path_ends(load: LoadDistribution, geared: Mes
     assert load.contact_ratio > 2.0
 
 
-def test_edge_load_is_told_with_its_interval(load: LoadDistribution, geared: Mesh) -> None:
+def test_edge_load_is_told_with_its_interval(load: ltca.LoadDistribution, geared: Mesh) -> None:
     teeth = geared.grids.teeth
     edges = edge_load(load, teeth)
     assert 0.02 < edges.share_extended < edges.share < 0.3
@@ -144,23 +137,22 @@ def test_edge_load_is_told_with_its_interval(load: LoadDistribution, geared: Mes
     assert edge_load(centre, teeth).share < 0.01
     # the truth for other radii lies in the interval, though the load then shifts a little
     for factor in (0.5, 2.0):
-        other = replace(
-            teeth,
-            edge_rounding_pinion=factor * teeth.edge_rounding_pinion,
-            edge_rounding_gear=factor * teeth.edge_rounding_gear,
-        )
-        pressure = edge_load(distribute_load(elastic_cycle(geared.grids.fine, other), other, 300.0), other).pressure
+        names = ("edge_rounding_pinion", "edge_rounding_gear")
+        other = replace(teeth, **{name: factor * getattr(teeth, name) for name in names})
+        pressure = edge_load(
+            ltca.distribute_load(ltca.elastic_cycle(geared.grids.fine, other), other, 300.0), other
+        ).pressure
         assert pressure == pytest.approx(edges.pressure_upper if factor < 1.0 else edges.pressure_lower, rel=0.1)
 
 
 @pytest.mark.parametrize("tiny", [0.0, 5e-324, 1e-312, 1e-200])
-def test_vanishing_force_on_an_edge(geared: Mesh, load: LoadDistribution, tiny: float) -> None:
+def test_vanishing_force_on_an_edge(geared: Mesh, load: ltca.LoadDistribution, tiny: float) -> None:
     """An edge that only just touches: no division by its width, no share, no pressure."""
     for p, elastic in zip(load.positions, geared.grids.elastic_fine, strict=True):
         edge = p.position.edge
         force = np.where(edge.touching, tiny, 1.0)
         at = np.array([p.approach]), np.array([p.transmission_error])
-        (changed,) = loads_of_forces([elastic.position], elastic.approach, force, *at, [p.equilibrium])
+        (changed,) = ltca.loads_of_forces([elastic.position], elastic.approach, force, *at, [p.equilibrium])
         for values in (changed.pressure_max, changed.half_width):
             assert np.isfinite(values).all()
             assert values[edge.touching].max(initial=0.0) < 1e-80 * values.max()
@@ -227,7 +219,7 @@ def test_light_load_is_hertz_point_contact() -> None:
     """
     mesh = Mesh.of(DESIGN, "drive", 4, 201, keep=True).grids
     position, teeth = mesh.fine[0], mesh.teeth
-    load = distribute_load(elastic_cycle((position,), teeth), teeth, 5.0).positions[0]
+    load = ltca.distribute_load(ltca.elastic_cycle((position,), teeth), teeth, 5.0).positions[0]
     at = np.flatnonzero(position.pair == 0)
     along, gap = np.cumsum(position.length[at]), position.gap[at]
     closest = int(np.argmin(gap))
