@@ -32,10 +32,10 @@ def geometry(name: str, generated: bool, left_hand_gear: bool = False) -> PairDi
     return pair_dimensions(replace(pair_blank(inputs), gear_cutting="generated" if generated else "formate"))
 
 
-@pytest.mark.parametrize("generated", [False, True])
 HANDS = [("fh_hypoid_9x34", False), ("fh_hypoid_9x34", True), ("fm_hypoid_13x42", False)]
 
 
+@pytest.mark.parametrize("generated", [False, True])
 @pytest.mark.parametrize(("name", "left_hand_gear"), [*HANDS, ("fh_spiral_bevel_12x37", True), ("iso23509_f2", False)])
 def test_the_mirrored_gear_cutter_cuts_the_conjugate_pinion(name: str, generated: bool, left_hand_gear: bool) -> None:
     pair = geometry(name, generated, left_hand_gear)
