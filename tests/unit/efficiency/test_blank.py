@@ -88,6 +88,11 @@ def test_impossible_combinations_are_refused_by_name(field: str, changes: dict[s
     assert error.allowed
 
 
+def test_impossible_values_of_other_methods_are_refused_by_name() -> None:
+    assert refused("iso23509_f2", cutter_radius="44 mm", taper={"type": "duplex"}).field == "cutter_radius"
+    assert refused("iso23509_f5", hypoid_offset="195 mm", pitch_cones="converged").field == "hypoid_offset"
+
+
 def test_recommended_values_are_those_of_the_printed_sample() -> None:
     inputs = load_blank("iso23509_f2")
     assert recommended_addendum_factor(inputs, pitch_cones(inputs)) == pytest.approx(0.24737, abs=5e-6)

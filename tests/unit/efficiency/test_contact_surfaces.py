@@ -56,14 +56,9 @@ def test_conjugate_flank_has_no_ease_off_and_no_transmission_error(name: str, si
 
 @pytest.mark.parametrize(("name", "side"), PAIRS[1:3])
 def test_ease_off_asked_for_is_the_ease_off_measured(name: str, side: Any) -> None:
-    terms = (3, 0, 4e-6), (1, 2, -3e-6)
-    crowning = {"lengthwise_crowning": 40e-6, "profile_crowning": 12e-6, "bias": 0.3, "twist": 6e-6}
-    target = EaseOffTarget(
-        **crowning,
-        contact_face=0.1,
-        contact_depth=-0.05,
-        terms=tuple(EaseOffTerm(length_power=n, depth_power=m, relief=relief) for n, m, relief in terms),
-    )
+    terms = [EaseOffTerm(length_power=n, depth_power=m, relief=z) for n, m, z in ((3, 0, 4e-6), (1, 2, -3e-6))]
+    shape = {"lengthwise_crowning": 40e-6, "profile_crowning": 12e-6, "bias": 0.3, "twist": 6e-6}
+    target = EaseOffTarget(**shape, contact_face=0.1, contact_depth=-0.05, terms=tuple(terms))
     surface = conjugate_pair(name, side, target)
     u, v = inside(surface)
     blank, pinion = surface.gear.blank, surface.pinion.blank
@@ -168,6 +163,7 @@ def cells(change: Any) -> Any:
     ("change", "told"),
     [
         (lambda text: text.replace("units=mm", "units=furlong"), "units"),
+        (lambda text: text.replace("row,column,x,y,z", "row,column,a,b,c"), "line 3"),
         (lambda text: text.replace("flank=convex", "flank=concave"), "flank"),
         (lambda text: text.replace("units=mm", "units=inch"), r"row \d+, column \d+"),
         (cells(lambda row: [*row[:5], "0.1", "0.1", "0.1"]), "row 2, column 4.*length"),
@@ -195,12 +191,13 @@ def test_table_of_ease_off(tmp_path: Path) -> None:
 
 
 BAD = {"0,0,nan\n": "line 2", "12,0,1\n": "line 2", "0,0,1\n": "1 points", "0,0,1\n" * 9: "spread"}
+BAD = {"a,b,c\n0,0,0\n": "first line"} | {f"length,depth,ease_off\n{rows}": told for rows, told in BAD.items()}
 
 
 @pytest.mark.parametrize(("text", "told"), BAD.items())
 def test_bad_tables_of_ease_off(tmp_path: Path, text: str, told: str) -> None:
     path = tmp_path / "map.csv"
-    path.write_text(f"length,depth,ease_off\n{text}", encoding="utf-8")
+    path.write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match=told):
         read_ease_off_map(path)
 

@@ -135,6 +135,7 @@ WIDTH, TOPREM = 'point_width = "2.20026 mm"', 'toprem = { height = "1.5 mm", rad
 CRADLE = 'cradle_angle = "1.4099427556430841 rad"'
 MISTAKES = [
     (COMPLETING, WIDTH, "", "concave.cutter.point_radius"),
+    (COMPLETING, WIDTH, 'point_radius = "1 in"', "concave.cutter.point_radius"),
     (COMPLETING, WIDTH, 'point_width = "0.5 m"', "concave.cutter.point_width"),
     (COMPLETING, 'cutter_radius = "4.5 in"', 'cutter_radius = "1 mm"', "concave.cutter.point_width"),
     (COMPLETING, '[gear.machine]\nprocess = "generated"', '[gear.machine]\nprocess = "formate"',

@@ -126,6 +126,16 @@ def test_bad_axes(axes: dict[str, Any], words: str) -> None:
         PAIR.over(MODEL, **axes)
 
 
+def test_a_friction_model_is_a_name_a_path_or_a_model(tmp_path: Path) -> None:
+    loaded, formula = PAIR.mesh("drive", *GRID).load(200.0), friction_model("75w90")
+    formula.save(tmp_path / "formula.json")
+    assert loaded.efficiency(tmp_path / "formula.json").power_loss == loaded.efficiency(formula).power_loss
+    with refuses("friction model"):
+        loaded.efficiency(0.05)  # type: ignore[arg-type]
+    with refuses("duty"):
+        PAIR.duty([{"torque": 100.0}], MODEL, grid=GRID)  # type: ignore[list-item]
+
+
 @pytest.mark.parametrize("call", [PAIR.at, PAIR.over, partial(efficiency.study, [DESIGN]), partial(PAIR.duty, [])])
 def test_composite_roughness_is_refused(call: Any) -> None:
     with refuses("roughness_rms"):

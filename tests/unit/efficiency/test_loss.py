@@ -147,7 +147,9 @@ def test_impossible_grids_are_refused(grid: tuple[int, int]) -> None:
         PAIR.at(grid=grid)
 
 
-def test_impossible_roughness_is_refused() -> None:
+def test_impossible_roughness_and_bulk_temperature_are_refused() -> None:
+    with refuses("temperature_bulk_gear"):
+        replace(OPERATION, temperature_bulk_gear=800.0)
     # the design file allows 20 um
     assert Operation(100.0, 363.15, 2e-5, 2e-5).roughness_rms_pinion == 2e-5
     for rough, member in (((0.0, -1e-7), "gear"), ((2.1e-5,), "pinion")):

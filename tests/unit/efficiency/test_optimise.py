@@ -250,6 +250,7 @@ def test_a_gain_inside_its_interval_is_called_so(found: Optimisation) -> None:
         ({"variables": {"spiral_angle": "30:90 deg"}}, "65"),
         ({"variables": {"blank": "1:2"}}, "a group of variables"),
         ({"tolerance": {"spiral_angle": "1 deg"}}, "lengthwise_crowning"),
+        ({"tolerance": {"bias": 0.0}}, "above 0"),
         ({"tolerance": {"bias": 0.1, "twist": "-2 um"}}, "extends to both sides"),
         ({"tolerance": {"profile_crowning": "2 um", "relief_tip": "2 um"}}, "also sets relief_tip"),
         ({"tolerance": dict.fromkeys(("bias", "contact_face", "contact_depth"), 0.1) | SIX}, "at most 7"),

@@ -264,13 +264,8 @@ def test_no_friction_no_loss_either_way() -> None:
         assert 0.99 < result.efficiency_with_rolling < 1.0
 
 
-WITHOUT_HEIGHT = PitchGeometry(
-    *(math.radians(angle) for angle in (20.0, 48.0, 22.0, 25.0, 63.0)),
-    radius_pinion=0.03,
-    radius_gear=0.085,
-    module_normal=1e-8,
-    contact_ratio_profile=1.2,
-)
+ANGLES = [math.radians(angle) for angle in (20.0, 48.0, 22.0, 25.0, 63.0)]
+WITHOUT_HEIGHT = PitchGeometry(*ANGLES, 0.03, 0.085, module_normal=1e-8, contact_ratio_profile=1.2)
 
 
 @pytest.mark.parametrize("mu", [0.02, 0.08])

@@ -11,7 +11,6 @@ from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
 import efficiency
-from efficiency.contact.contact_lines import MeshPosition
 from efficiency.contact.mesh_surface import EDGES
 from efficiency.loss.closed_form import profile_contact_ratio
 from efficiency.loss.efficiency import load_grids, mesh_efficiency
@@ -67,11 +66,8 @@ def straight_line(crowded: ltca.ElasticPosition, points: int = 9) -> ltca.Elasti
     """One straight line of even radius and no gap, on teeth that do not bend."""
     at = crowded.position
     k = int(np.argmin(np.abs(at.height_gear - 0.5 * at.height_gear.max())))
-    one = {
-        name: np.repeat(getattr(at, name)[k : k + 1], points, axis=0)
-        for name in MeshPosition.__dataclass_fields__
-        if isinstance(getattr(at, name), np.ndarray)
-    }
+    fields = {name: getattr(at, name) for name in at.__dataclass_fields__}
+    one = {name: np.repeat(x[k : k + 1], points, axis=0) for name, x in fields.items() if isinstance(x, np.ndarray)}
     one |= {"length": np.full(points, 2e-3), "gap": np.zeros(points)}
     position = replace(at, edge=None, **one)
     law, zero = crowded.approach, np.zeros(points)
