@@ -1,9 +1,8 @@
-"""Flanks and unloaded mesh of a two-part head by a second algorithm: no normals, no equation of meshing.
+"""Flanks of a two-part head by a second algorithm: no normals, no equation of meshing.
 
 The edge of a blade moves with the head, the cradle and the work; the swept points fill space except where the
-determinant of the map from (length along the edge, head angle, roll) to space vanishes: the envelope. The transmission
-error is the extreme gear rotation at which a point of the pinion meets the gear flank of its own radius and height.
-Numbers are read from a design file; nothing of the product is called.
+determinant of the map from (length along the edge, head angle, roll) to space vanishes: the envelope. Numbers are read
+from a design file; nothing of the product is called.
 """
 
 from collections.abc import Mapping
@@ -106,5 +105,3 @@ class HeadFlank:
                 break
         point = self.swept(x)
         return np.arctan2(point[1], point[0]), x
-
-
