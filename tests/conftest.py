@@ -31,9 +31,8 @@ FAST = {
     "unit/ehl": ("units table inputs lubricant finish"),
     "unit/regression": ("plan friction_models code_record noise table_files calibration_inputs"),
     "unit/efficiency": (
-        "blank cutting_design cutting_kinematics cutting_summary contact_sample "
-        "load_equilibrium load_edge_contact lay external_load output_solid geometry_parts duty strength loss "
-        "lubrication"
+        "blank cutting_design cutting_kinematics contact_sample load_equilibrium output_solid geometry_design "
+        "grid strength loss lubrication"
     ),
     "unit": ("import_direction"),
     "golden": ("golden"),
@@ -112,7 +111,7 @@ def little_training(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def coarse_roots(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Roots of few elements, kept apart from those of other tests: `test_root_elements` is about their number."""
+    """Roots of few elements, kept apart from those of other tests: `test_load_solid` is about their number."""
     from efficiency.strength import root_stress
 
     monkeypatch.setenv("MIXED_EHL_CACHE", os.path.join(os.environ["MIXED_EHL_CACHE"], "coarse"))

@@ -1,9 +1,8 @@
-"""Flanks and unloaded mesh of a two-part head by a second algorithm: no normals, no equation of meshing.
+"""Flanks of a two-part head by a second algorithm: no normals, no equation of meshing.
 
 The edge of a blade moves with the head, the cradle and the work; the swept points fill space except where the
-determinant of the map from (length along the edge, head angle, roll) to space vanishes: the envelope. The transmission
-error is the extreme gear rotation at which a point of the pinion meets the gear flank of its own radius and height.
-Numbers are read from a design file; nothing of the product is called.
+determinant of the map from (length along the edge, head angle, roll) to space vanishes: the envelope. Numbers are read
+from a design file; nothing of the product is called.
 """
 
 from collections.abc import Mapping
@@ -106,37 +105,3 @@ class HeadFlank:
                 break
         point = self.swept(x)
         return np.arctan2(point[1], point[0]), x
-
-
-class HeadPair:
-    """A pinion and a gear flank in mesh at right angles: the gear axis is z, that of the pinion x at y = offset."""
-
-    def __init__(self, pinion: HeadFlank, gear: HeadFlank, offset: float) -> None:
-        self.pinion, self.gear, self.offset = pinion, gear, offset
-        self.ratio = pinion.b["teeth"] / gear.b["teeth"]
-
-    def lag(
-        self, at: Array, roll: float, start: tuple[Array | None, Array | None]
-    ) -> tuple[Array, tuple[Array, Array]]:
-        """Gear rotation at which pinion points (u, h) at a pinion rotation lie on the gear flank; parameters."""
-        target = self.pinion.cone(*at)
-        azimuth, one = self.pinion.azimuth(target, start[0])
-        x, y = target[0] * np.cos(azimuth + np.pi + roll), target[0] * np.sin(azimuth + np.pi + roll)
-        # the axis of the pinion is the x axis of the mesh, its own x axis points along -z there
-        mesh = np.array([target[1], y + self.offset, -x])
-        own, other = self.gear.azimuth(np.array([np.hypot(mesh[0], mesh[1]), mesh[2]]), start[1])
-        turned = np.arctan2(mesh[1], mesh[0]) - own + self.ratio * roll
-        return np.asarray(np.angle(np.exp(1j * turned))), (one, other)
-
-    def touch(self, roll: float, start: Array) -> tuple[float, Array]:
-        """Stationary `lag` near a pinion point [rad], from quadratics on a small stencil, and its place."""
-        centre = np.array(start, dtype=float)
-        known: tuple[Array | None, Array | None] = (None, None)
-        i, j = (grid.ravel() for grid in np.meshgrid([-1.0, 0.0, 1.0], [-1.0, 0.0, 1.0]))
-        for size in (1e-3, 5e-4, 2e-4):
-            value, known = self.lag(centre[:, None] + size * np.array([i, 0.3 * j]), roll, known)
-            columns = np.stack([np.ones(9), i, j, i * i, i * j, j * j], axis=1)
-            c = np.linalg.lstsq(columns, value, rcond=None)[0]
-            top = np.linalg.solve([[2.0 * c[3], c[4]], [c[4], 2.0 * c[5]]], -c[1:3])
-            centre = centre + size * np.clip(top, -2.0, 2.0) * np.array([1.0, 0.3])
-        return float(self.lag(centre[:, None], roll, (known[0][:, 4:5], known[1][:, 4:5]))[0][0]), centre

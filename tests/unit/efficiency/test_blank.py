@@ -2,28 +2,22 @@
 
 import json
 import math
-import re
 from collections.abc import Callable
-from dataclasses import astuple, fields
-from math import degrees
+from dataclasses import astuple
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 import efficiency
-from efficiency.blanks.checks import KINDS
-from efficiency.blanks.dimensions import UndercutLimit, recommended_addendum_factor, recommended_thickness_factor
+from efficiency.blanks.dimensions import recommended_addendum_factor, recommended_thickness_factor
 from efficiency.blanks.inputs import PairBlankInput, load_blank
 from efficiency.blanks.pair import pair_blank, pitch_cones
-from efficiency.blanks.pair_blank import MemberBlank, PairBlank
-from efficiency.blanks.virtual_gears import VirtualGears
+from efficiency.blanks.pair_blank import PairBlank
 from efficiency.cutting.blank import Blank
 from efficiency.design.flank_input import BlankInput
-from efficiency.geometry.design_drawing import design_drawing
 from ehl.common.data import data_names, data_path
 from ehl.common.errors import InputError
-from ehl.common.quantities import quantities
 from ehl.common.validation import read_toml, validate
 
 Cli = Callable[..., Any]
@@ -62,7 +56,6 @@ def test_shipped_blanks_give_two_blanks_of_a_design(name: str) -> None:
         design = validate(BlankInput, member.design_table())
         assert Blank(**design.model_dump(exclude={"hand"})) == member.cones
         assert design.hand == member.hand
-    assert not {w.kind for w in pair.warnings} - set(KINDS)
     if not name.startswith("iso"):
         assert abs(pair.tangency_error) < 1e-12
 
@@ -72,45 +65,32 @@ def test_shipped_blanks_give_two_blanks_of_a_design(name: str) -> None:
     [
         ("mean_spiral_angle_gear", {"mean_spiral_angle_gear": "70 deg"}),
         ("depth.clearance_factor", {"depth__clearance_factor": -0.05}),
-        ("cutter_radius", {"cutter_radius": "20 mm"}),
-        ("cutter_radius", {"cutter_radius": "33 mm"}),
+        ("cutter_radius", {"cutter_radius": "20 mm"}), ("cutter_radius", {"cutter_radius": "33 mm"}),
         ("hand_gear", {"hand_pinion": "right", "hand_gear": "right"}),
-        ("hypoid_offset", {"hypoid_offset": "75 mm"}),
-        ("hypoid_offset", {"hypoid_offset": "-75 mm"}),
+        ("hypoid_offset", {"hypoid_offset": "75 mm"}), ("hypoid_offset", {"hypoid_offset": "-75 mm"}),
+        ("hypoid_offset", {"method": 0}), ("teeth_gear", {"teeth_gear": 8}),
         ("face_width_gear", {"face_width_gear": "170 mm"}),
-        ("teeth_gear", {"teeth_gear": 8}),
-        ("blade_groups", {"blade_groups": None}),
-        ("blade_groups", {"process": "face_milling"}),
+        ("blade_groups", {"blade_groups": None}), ("blade_groups", {"process": "face_milling"}),
         ("outer_pitch_diameter_gear", {"outer_pitch_diameter_gear": "170 mm"}),
         ("outer_pitch_diameter_gear", {"mean_pitch_diameter_gear": None}),
         ("mean_spiral_angle_gear", {"mean_spiral_angle_gear": None}),
         ("mean_spiral_angle_pinion", {"mean_spiral_angle_pinion": "45 deg"}),
-        ("hypoid_offset", {"method": 0}),
         ("shaft_angle", {"hypoid_offset": "0 mm", "shaft_angle": "110 deg"}),
         ("taper.addendum_angle_gear", {"taper__type": "given"}),
         ("taper.addendum_angle_gear", {"taper__addendum_angle_gear": "1 deg"}),
-        ("backlash.type", {"backlash__type": "none"}),
-        ("pressure_angle.drive", {"pressure_angle__drive": "8.5 deg"}),
+        ("backlash.type", {"backlash__type": "none"}), ("pressure_angle.drive", {"pressure_angle__drive": "8.5 deg"}),
         ("depth", {"depth__thickness_factor": 0.6, "depth__gear_addendum_factor": 0.01}),
     ],
-)
+)  # fmt: skip
 def test_impossible_combinations_are_refused_by_name(field: str, changes: dict[str, Any]) -> None:
     error = refused(**changes)
     assert error.field == field
     assert error.allowed
 
 
-def test_refusals_say_what_would_do() -> None:
-    error = refused(cutter_radius="50 mm", hypoid_offset="55 mm")
-    assert error.field == "cutter_radius"
-    found = re.search(r"about ([\d.]+) mm", error.allowed)
-    assert found
-    made(cutter_radius=f"{float(found[1]) * 1.1} mm", hypoid_offset="55 mm")
-    error = refused("iso23509_f2", cutter_radius="44 mm", taper={"type": "duplex"})
-    assert error.field == "cutter_radius"
-    assert "46.62 mm" in error.allowed  # R_m2 sin beta_m2
-    error = refused("iso23509_f5", hypoid_offset="195 mm", pitch_cones="converged")
-    assert error.field == "hypoid_offset"
+def test_impossible_values_of_other_methods_are_refused_by_name() -> None:
+    assert refused("iso23509_f2", cutter_radius="44 mm", taper={"type": "duplex"}).field == "cutter_radius"
+    assert refused("iso23509_f5", hypoid_offset="195 mm", pitch_cones="converged").field == "hypoid_offset"
 
 
 def test_recommended_values_are_those_of_the_printed_sample() -> None:
@@ -119,12 +99,8 @@ def test_recommended_values_are_those_of_the_printed_sample() -> None:
     assert recommended_thickness_factor(inputs) == pytest.approx(0.0915, abs=5e-5)
     given = made("iso23509_f2")
     pair = made("iso23509_f2", depth={"data_type": "II"}, taper=None)
-    assert [text.split(" = ")[0] for text in pair.defaults if text.startswith(("depth", "taper"))] == [
-        "depth.clearance_factor",
-        "depth.depth_factor", "depth.gear_addendum_factor", "depth.thickness_factor", "taper.type",
-    ]  # fmt: skip
-    named = made("iso23509_f2", pressure_angle=None, shaft_angle=None, backlash=None).defaults
-    assert {"shaft_angle = 90 deg", "pressure_angle.drive = 20 deg", "backlash.type = none"} <= set(named)
+    named = {text.split(" = ")[0] for text in pair.defaults}
+    assert {"depth.clearance_factor", "depth.thickness_factor", "taper.type"} <= named
     # the sample's tapers are those of a constant slot width, Annex C
     duplex = made("iso23509_f2", taper={"type": "duplex"})
     assert duplex.gear.dedendum_angle == pytest.approx(given.gear.dedendum_angle, abs=1e-5)
@@ -171,15 +147,13 @@ def test_tapers() -> None:
                                        "depth__thickness_factor": 0.2}),
     ],
 )  # fmt: skip
-def test_warnings_carry_number_limit_and_remedy(kind: str, name: str, changes: dict[str, Any]) -> None:
+def test_warnings_carry_number_and_limit(kind: str, name: str, changes: dict[str, Any]) -> None:
     found = [warning for warning in made(name, **changes).warnings if warning.kind == kind]
     assert found
     assert not made("iso23509_f2").warnings
     for warning in found:
         wrong = warning.value < warning.limit if warning.side == "at least" else warning.value > warning.limit
         assert wrong
-        assert warning.remedy.endswith(".")
-        assert f"{warning.limit:.4g}" in str(warning)
 
 
 def test_outer_diameter_of_method_2() -> None:
@@ -187,13 +161,6 @@ def test_outer_diameter_of_method_2() -> None:
     outer = made(mean_pitch_diameter_gear=None, outer_pitch_diameter_gear=f"{mean.gear.outer_diameter * 1e3!r} mm")
     assert outer.gear.mean_diameter == pytest.approx(mean.gear.mean_diameter, rel=1e-12)
     assert outer.pinion.pitch_angle == pytest.approx(mean.pinion.pitch_angle, rel=1e-10)
-
-
-def test_command_prints_all_results(mixed_ehl: Cli) -> None:
-    result = json.loads(mixed_ehl("blank", "iso23509_f2", "--json").out)
-    assert degrees(result["gear"]["pitch_angle"]) == pytest.approx(70.253, abs=5e-4)
-    assert set(result) == {field.name for field in fields(PairBlank)}
-    assert set(result["pinion"]) == {field.name for field in fields(MemberBlank)}
 
 
 @pytest.mark.parametrize("kind", ["outer_normal", "outer_transverse", "mean_normal"])
@@ -215,17 +182,14 @@ def test_drawing_data_with_mounting_distances(mixed_ehl: Cli, tmp_path: Path) ->
     assert pair.gear.mounting_distance is None
     assert pair.gear.crown_to_back is None
     rows = {row[0]: row for row in pair.drawing_table().rows}
-    assert rows["mounting distance"][2:] == ("mm", "130.000", "–")
     assert rows["pitch angle"][2:] == ("deg", "24.763", "63.212")
-    error = refused("iso23509_f4", mounting_distance_gear="1 mm")
-    assert error.field == "mounting_distance_gear"
+    assert refused("iso23509_f4", mounting_distance_gear="1 mm").field == "mounting_distance_gear"
     assert mixed_ehl("blank", "iso23509_f4", "--csv", tmp_path / "tables", "--report", tmp_path / "b.html").code == 0
     assert "mounting distance" in (tmp_path / "tables" / "drawing.csv").read_text(encoding="utf-8")
 
 
 @pytest.mark.usefixtures("commands_alone")
 def test_drawing_data_of_a_design_are_those_of_its_blank(mixed_ehl: Cli, tmp_path: Path) -> None:
-    """The flanks have another thickness and backlash than the sample of the standard."""
     rows = {row[0]: row[3:] for row in made("iso23509_f2").drawing_table().rows}
     pair = efficiency.load("fm_spiral_bevel_14x39")
     drawing = pair.drawing()
@@ -238,22 +202,11 @@ def test_drawing_data_of_a_design_are_those_of_its_blank(mixed_ehl: Cli, tmp_pat
                 assert float(own) == pytest.approx(float(other), rel=0.12 if loose else 2e-3, abs=0.06), name
     inch = {row[0]: row[2:] for row in drawing.table("inch").rows}
     assert float(inch["face width"][1]) == pytest.approx(1.0)
-    assert inch["pitch angle"][0] == "deg"
-    gear = pair.design.gear.model_copy(update={"mounting_distance": 0.06})
-    with_distance = design_drawing(pair.design.model_copy(update={"gear": gear}))
-    assert with_distance.gear["crown_to_back"] == pytest.approx(0.06 - with_distance.gear["crossing_to_crown"])
     assert efficiency.load("eaxle_helical_23x75").drawing() is None
     design = tmp_path / "design.toml"
     text = data_path("designs", "fm_spiral_bevel_14x39.toml").read_text(encoding="utf-8")
     design.write_text(text.replace("[gear]\n", '[gear]\nmounting_distance = "60 mm"\n', 1), encoding="utf-8")
-    done = mixed_ehl("gear", design, "--friction", "constant:0.05", "--json", "--csv", tmp_path / "tables")
-    assert json.loads(done.out)["drawing"]["gear"]["mounting_distance"] == pytest.approx(0.06)
-    assert "mounting distance,tB,mm,–,60.000" in (tmp_path / "tables" / "drawing.csv").read_text(encoding="utf-8")
+    found = json.loads(mixed_ehl("gear", design, "--friction", "constant:0.05", "--json").out)["drawing"]["gear"]
+    assert found["crown_to_back"] == pytest.approx(0.06 - found["crossing_to_crown"])
     design.write_text(text.replace("[gear]\n", '[gear]\nmounting_distance = "20 mm"\n', 1), encoding="utf-8")
     assert mixed_ehl("gear", design).code == 2
-
-
-def test_every_result_is_in_the_nomenclature() -> None:
-    listed = {name.rpartition(".")[2] for name in quantities()}
-    for record in (PairBlank, MemberBlank, VirtualGears, UndercutLimit):
-        assert {field.name for field in fields(record)} <= listed

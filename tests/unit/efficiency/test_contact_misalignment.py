@@ -1,6 +1,8 @@
 """Misalignment study and contact pattern: values, files, figures, command."""
 
 import json
+import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -13,18 +15,11 @@ import efficiency
 from efficiency.contact.contact_lines import mesh_cycle
 from efficiency.contact.contact_search import contact_path
 from efficiency.contact.flank_pair import FlankPair, flank_pair
-from efficiency.contact.relief import FlankDeviation
+from efficiency.contact.relief import FlankDeviation, flank_tolerances
 from efficiency.design.design import load_design
 from efficiency.geometry.misalignment import MisalignmentGrid, MisalignmentStudy, misalignment_study
-from efficiency.output.misalignment_report import (
-    map_figure,
-    misalignment_table,
-    section_contacts,
-    section_figure,
-    section_points,
-)
+from efficiency.output.misalignment_report import map_figure, section_contacts, section_points
 from ehl.common.errors import InputError
-from ehl.common.progress import Progress
 
 BEVEL = "fm_spiral_bevel_14x39"
 
@@ -39,7 +34,7 @@ def pair() -> FlankPair:
     return flank_pair(load_design(BEVEL).flanks())
 
 
-def test_points_of_the_study_are_those_of_single_pairs(study: MisalignmentStudy) -> None:
+def test_points_of_the_study_are_those_of_single_pairs(study: MisalignmentStudy, tmp_path: Path) -> None:
     assert [(p.E, p.P) for p in study.points] == [(e, p) for e in (-1e-4, 0.0, 2e-4) for p in (0.0, 5e-5)]
     for point in study.points[::2]:
         alone = flank_pair(load_design(BEVEL).with_misalignment(E=point.E, P=point.P).flanks())
@@ -47,36 +42,20 @@ def test_points_of_the_study_are_those_of_single_pairs(study: MisalignmentStudy)
         assert point.error_maximum_u == pytest.approx(alone.surface.error_maximum[0], abs=1e-7)
         assert point.pattern_area == pytest.approx(alone.pattern().area_share, abs=2e-3)
         assert point.edges == ", ".join(alone.transmission.edges)
+    assert study.varied == ["E", "P"]
+    # the contact walks along the face with the offset
+    along = [point for point in study.points if point.P == 0.0]
+    assert (np.diff([point.error_maximum_u for point in along]) < 0.0).all()
+    assert (np.diff([point.pattern_u for point in along]) < 0.0).all()
+    assert [point.status for point in along[1:]] == ["converged", "edge contact"]
+    assert json.dumps(study.to_dict(), allow_nan=False)
+    frame = pd.read_csv(MisalignmentGrid(load_design(BEVEL), (study,)).report(tmp_path / "study.csv"))
+    np.testing.assert_allclose(frame["peak_to_peak [rad]"], [p.peak_to_peak for p in study.points], rtol=1e-12)
 
 
-def test_contact_walks_along_the_face_with_the_offset_error(study: MisalignmentStudy) -> None:
-    table = study.table()
-    assert list(table.columns[:4]) == ["E", "P", "G", "shaft_angle_error"]
-    along = table[table.P == 0.0].sort_values("E")
-    assert (np.diff(along.crest_u) < 0.0).all()
-    assert (np.diff(along.pattern_u) < 0.0).all()
-    assert along.status.tolist()[1:] == ["converged", "edge contact"]
-    assert along.edges.tolist()[-1] == "gear tip"
-    assert np.isfinite(table[["peak_to_peak", "harmonic_1", "pattern_area", "pattern_length"]].to_numpy()).all()
-    content = json.loads(json.dumps(study.to_dict(), allow_nan=False))
-    assert (content["status"], len(content["points"]), content["E"]) == ("converged", 6, [-1e-4, 0.0, 2e-4])
-
-
-def test_states_that_cannot_mesh_are_a_status() -> None:
-    calls: list[Progress] = []
-    study = misalignment_study(
-        load_design("fh_hypoid_9x34"), E=[0.0], P=[0.0, 2e-3], side="coast", progress=calls.append
-    )
-    assert calls == [Progress("states", 1, 2), Progress("states", 2, 2)]
-    assert study.points[0].status in ("converged", "edge contact")
-    assert study.points[0].undercut > 0.0
-    for point in study.points:
-        assert point.status != "failed" or point.reason
-
-
-@pytest.mark.parametrize(("E", "told"), [([], "at least one value"), ([5e-3], "misalignment")])
-def test_impossible_studies_are_refused(E: list[float], told: str) -> None:
-    with pytest.raises(InputError, match=told):
+@pytest.mark.parametrize("E", [[], [5e-3]])
+def test_impossible_studies_are_refused(E: list[float]) -> None:
+    with pytest.raises(InputError):
         misalignment_study(load_design(BEVEL), E=E)
 
 
@@ -110,11 +89,9 @@ def test_pattern_grows_with_the_marking_and_lies_around_the_path(pair: FlankPair
     # the same points on the pinion: toe to toe, tip to root
     assert np.corrcoef(thin.gear_u.ravel(), thin.pinion_u.ravel())[0, 1] > 0.9
     assert np.corrcoef(thin.gear_height.ravel(), thin.pinion_height.ravel())[0, 1] < -0.9
-    assert pair.pattern(1e-12).area_share < 1e-3
     # a pinion far too high in the mesh runs on the tip of the gear
     moved = flank_pair(load_design(BEVEL).with_misalignment(E=2e-4).flanks())
     assert (pair.transmission.edges, moved.transmission.edges) == ((), ("gear tip",))
-    assert bool(moved.notes) > bool(pair.notes)
     assert "gear tip" in moved.pattern().edges
 
 
@@ -126,13 +103,10 @@ def test_random_states_have_the_given_deviations_and_a_distribution() -> None:
     assert states[:, 1].tolist() == [0.0] * 8
     assert states[:, 0].std() == pytest.approx(5e-5, rel=0.3)
     assert states[:, 2].std() == pytest.approx(2e-4, rel=0.3)
-    assert study.varied == ["E", "shaft_angle_error"]
     mean, deviation, low, middle, high = study.distribution()["peak_to_peak"]
     errors = [point.peak_to_peak for point in study.points]
-    assert mean == pytest.approx(np.mean(errors))
-    assert deviation == pytest.approx(np.std(errors, ddof=1))
+    assert (mean, deviation) == pytest.approx((np.mean(errors), np.std(errors, ddof=1)))
     assert min(errors) <= low < middle < high <= max(errors)
-    assert study.to_dict()["distribution"]["peak_to_peak"][1] == deviation
     again = misalignment_study(design, E=[5e-5], shaft_angle_error=[2e-4], samples=8)
     assert [point.E for point in again.points] == [point.E for point in study.points]
     for wrong in ([0.0, 5e-5], [-5e-5]):
@@ -140,19 +114,13 @@ def test_random_states_have_the_given_deviations_and_a_distribution() -> None:
             misalignment_study(design, E=wrong, samples=8)
     with refuses("samples"):
         efficiency.load(BEVEL).misalignment(E="0.05 mm", samples=1)
-    assert efficiency.load(BEVEL).misalignment(E="0.05 mm", samples=2).figure("distribution").axes
 
 
 def test_random_flanks_have_the_deviations_of_their_grade() -> None:
     design = load_design(BEVEL)
-    fine, coarse = (
-        misalignment_study(design, samples=2, accuracy_grade=grade).tolerances.model_dump() for grade in (5, 7)
-    )
-    assert all(coarse[name] == pytest.approx(2.0 * value) for name, value in fine.items())
     study = misalignment_study(design, E=[2e-5], samples=16, accuracy_grade=7)
     made = np.array([list(point.deviation.model_dump().values()) for point in study.points])
     assert made.std(axis=0) == pytest.approx(list(study.tolerances.model_dump().values()), rel=0.3)
-    assert study.to_dict()["points"][3]["twist"] == made[3, 4]
     pair = efficiency.load(BEVEL)
     for wrong in ({"samples": 4, "accuracy_grade": 12}, {"E": "0.02 mm", "accuracy_grade": 6}):
         with refuses("accuracy_grade"):
@@ -169,15 +137,11 @@ def test_blade_angle_error_is_a_profile_slope() -> None:
     blade = gear.convex.cutter.model_copy(update={"blade_angle": gear.convex.cutter.blade_angle + turn})
     cut = gear.model_copy(update={"convex": gear.convex.model_copy(update={"cutter": blade})})
     slope = turn * (gear.blank.mean_addendum + gear.blank.mean_dedendum) / np.cos(blade.blade_angle)
-    pairs = [
-        design,
-        design.model_copy(update={"gear": cut}),
-        design.with_deviation(FlankDeviation(profile_slope=slope)),
-    ]
-    u, v = (
-        x.ravel() for x in np.meshgrid(np.linspace(-0.4, 0.4, 9) * gear.blank.face_width, np.linspace(0.4, 0.95, 7))
-    )
-    maps = [flank_pair(each.flanks()).surface.patch(u, v, ("ease_off", "lever")) for each in pairs]
+    stated = design.with_deviation(FlankDeviation(profile_slope=slope))
+    pairs = [design, design.model_copy(update={"gear": cut}), stated]
+    face, share = np.meshgrid(np.linspace(-0.4, 0.4, 9) * gear.blank.face_width, np.linspace(0.4, 0.95, 7))
+    place = face.ravel(), share.ravel()
+    maps = [flank_pair(each.flanks()).surface.patch(*place, ("ease_off", "lever")) for each in pairs]
     lever = maps[0][1]
     # apart from a rotation about the axis, which the contact removes
     one, other = (x[0] - maps[0][0] - lever * (lever @ (x[0] - maps[0][0])) / (lever @ lever) for x in maps[1:])
@@ -187,33 +151,18 @@ def test_blade_angle_error_is_a_profile_slope() -> None:
 
 @pytest.mark.usefixtures("commands_alone")
 def test_tolerance_of_a_pair_on_the_command_line(mixed_ehl: Any) -> None:
-    friction = ("--friction", "constant:0.05", "--json")
-    outcome = mixed_ehl("gear", BEVEL, "--tolerance", "2", "--accuracy-grade", "6", *friction)
-    [study] = json.loads(outcome.out)["studies"]
-    assert (study["samples"], study["accuracy_grade"], study["torque"]) == (2, 6, 300.0)
+    options = ("--tolerance", "2", "--accuracy-grade", "6", "--friction", "constant:0.05", "--json")
+    [study] = json.loads(mixed_ehl("gear", BEVEL, *options).out)["studies"]
     assert 0.9 < study["distribution"]["efficiency"][0] < 1.0
     for wrong in (("--accuracy-grade", "6"), ("--tolerance", "2", "--rating"), ("--tolerance", "1")):
         assert mixed_ehl("gear", BEVEL, *wrong).code == 2
-
-
-def test_rows_and_csv_show_what_varies(study: MisalignmentStudy, tmp_path: Path) -> None:
-    assert study.varied == ["E", "P"]
-    errors = [point.peak_to_peak for point in study.points]
-    assert [row["peak_to_peak"] for row in misalignment_table(study).records()] == errors
-    table = pd.read_csv(MisalignmentGrid(load_design(BEVEL), (study,)).report(tmp_path / "study.csv"))
-    assert set(table["side"]) == {"drive"}
-    np.testing.assert_allclose(table["peak_to_peak [rad]"], errors, rtol=1e-12)
-    np.testing.assert_allclose(table["E [m]"], [point.E for point in study.points], rtol=1e-15)
 
 
 def test_sections_and_figures_pass_through_the_aligned_pair(study: MisalignmentStudy) -> None:
     values, points = section_points(study, "E")
     np.testing.assert_allclose(values, [-0.1, 0.0, 0.2], atol=1e-12)
     assert all(point.P == 0.0 for point in points)
-    assert [point.P for point in section_points(study, "P")[1]] == [0.0, 5e-5]
-    line = section_figure([study]).axes[0].get_lines()[0]
     expected = np.degrees([point.peak_to_peak for point in points]) * 3600.0
-    np.testing.assert_allclose(np.asarray(line.get_ydata(), dtype=float), expected)
     shown = np.asarray(map_figure(study).axes[0].collections[0].get_array()).reshape(2, 3)
     assert shown[0, 1] == pytest.approx(expected[1])
     contacts = section_contacts(load_design(BEVEL), study, "E")
@@ -222,13 +171,11 @@ def test_sections_and_figures_pass_through_the_aligned_pair(study: MisalignmentS
         assert pattern.area_share == pytest.approx(point.pattern_area, rel=1e-9)
 
 
-def test_states_at_a_torque_are_those_of_the_loaded_pair(mixed_ehl: Any, tmp_path: Path) -> None:
+def test_states_at_a_torque_are_those_of_the_loaded_pair(mixed_ehl: Any) -> None:
     """The V-H check under load: same numbers as the pair set up in that state, next to the unloaded ones."""
     options = ("--torque", "300 N m", "--friction", "constant:0.05", "--speed", "1500 rpm")
-    outcome = mixed_ehl("misalignment", BEVEL, "--E", "-0.1:0.1:2 mm", *options, "--json", "--plot", tmp_path)
-    assert outcome.code == 0
+    outcome = mixed_ehl("misalignment", BEVEL, "--E", "-0.1:0.1:2 mm", *options, "--json")
     (found,) = json.loads(outcome.out)["studies"]
-    assert (found["side"], found["torque"]) == ("drive", 300.0)
     assert found["E"] == pytest.approx([-1e-4, 1e-4])
     pair = efficiency.load(BEVEL)
     for point in found["points"]:
@@ -238,6 +185,29 @@ def test_states_at_a_torque_are_those_of_the_loaded_pair(mixed_ehl: Any, tmp_pat
         assert 0.3 < point["transmission_error_loaded"] / point["peak_to_peak"] < 1.0
     # the offset moves the load along the face
     assert found["points"][0]["load_centre_u"] - found["points"][1]["load_centre_u"] > 1e-3
-    assert (tmp_path / "misalignment_loaded.png").stat().st_size > 10_000
     # conditions without a torque
     assert mixed_ehl("misalignment", BEVEL, "--E", "0.1 mm", "--speed", "1000 rpm").code == 2
+
+
+@pytest.mark.parametrize("grade", [5, 6])
+def test_two_standard_deviations_are_the_tolerance(grade: int) -> None:
+    """Slope: range of the deviation; form: its band about the mean line. Root of the sum of squares of both members."""
+    design, module = load_design("fh_hypoid_9x34"), 4.0
+    blanks = design.pinion.blank, design.gear.blank
+    # ISO 1328-1:2013, um, of module, reference diameter and face width in mm
+    laws: dict[str, Callable[[float, float], float]] = {
+        "profile_slope": lambda d, b: 0.4 * module + 0.001 * d + 4.0,
+        "profile_crowning": lambda d, b: 0.55 * module + 5.0,
+        "lengthwise_slope": lambda d, b: 0.05 * math.sqrt(d) + 0.35 * math.sqrt(b) + 4.0,
+        "lengthwise_crowning": lambda d, b: 0.07 * math.sqrt(d) + 0.45 * math.sqrt(b) + 4.0,
+    }
+    laws["twist"] = laws["lengthwise_crowning"]
+    sizes = [(2e3 * x.mean_cone_distance * math.sin(x.pitch_angle), 1e3 * x.face_width) for x in blanks]
+    sigma = flank_tolerances(grade, 1e-3 * module, *blanks).model_dump()
+    u, v = np.meshgrid(np.linspace(-0.5, 0.5, 21) * blanks[1].face_width, np.linspace(0.0, 1.0, 21))
+    plane = np.stack([np.ones(u.size), u.ravel() / blanks[1].face_width, v.ravel()], axis=1)
+    for name, law in laws.items():
+        depth = FlankDeviation(**{name: 2.0 * sigma[name]}).depth(blanks[1], u, v).ravel()
+        mean = 0.0 if name.endswith("slope") else plane @ np.linalg.lstsq(plane, depth, rcond=None)[0]
+        allowed = math.sqrt(2.0) ** (grade - 5) * math.hypot(*(law(*size) for size in sizes))
+        assert 1e6 * np.ptp(depth - mean) == pytest.approx(allowed, rel=1e-9)

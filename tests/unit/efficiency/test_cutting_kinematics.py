@@ -12,38 +12,19 @@ from efficiency.cutting.flank import CutFlank, Flank, index_start
 from efficiency.cutting.machine import FORMATE, GENERATED, MachineSettings
 
 MACHINE = MachineSettings(
-    radial_setting=0.095,
-    cradle_angle=1.2,
-    machine_root_angle=1.1,
-    roll_ratio=1.05,
-    tilt=0.2,
-    swivel=-0.4,
-    blank_offset=0.003,
-    sliding_base=0.002,
-    machine_centre_to_back=-0.001,
-    modified_roll_2c=0.02,
-    modified_roll_6d=-0.03,
-    modified_roll_24e=0.05,
-    modified_roll_120f=-0.07,
-    modified_roll_720g=0.11,
-    helical_motion_1=0.004,
-    helical_motion_2=0.001,
-    helical_motion_3=0.002,
-    vertical_motion_1=-0.002,
-    vertical_motion_2=0.003,
-    vertical_motion_3=-0.001,
-)
+    radial_setting=0.095, cradle_angle=1.2, machine_root_angle=1.1, roll_ratio=1.05, tilt=0.2, swivel=-0.4,
+    blank_offset=0.003, sliding_base=0.002, machine_centre_to_back=-0.001,
+    modified_roll_2c=0.02, modified_roll_6d=-0.03, modified_roll_24e=0.05, modified_roll_120f=-0.07,
+    modified_roll_720g=0.11, helical_motion_1=0.004, helical_motion_2=0.001, helical_motion_3=0.002,
+    vertical_motion_1=-0.002, vertical_motion_2=0.003, vertical_motion_3=-0.001,
+)  # fmt: skip
 HOB = replace(hobbed_pinion("concave").blade, phase=0.1, rake=0.2, hook=0.1)
+RELIEFS = {"toprem": Relief(height=0.002, radius=0.02, angle=0.05), "flankrem": Relief(height=0.006, radius=0.1)}
 BLADES = {
     "straight mill": Blade(0.1, 0.35, "concave"),
     "curved mill": Blade(0.1, 0.35, "convex", 2.0, reference_height=0.004, edge_radius=0.001),
     "hob": HOB,
-    "relieved hob": replace(
-        HOB,
-        side="convex",
-        toprem=Relief(height=0.002, radius=0.02, angle=0.05),
-        flankrem=Relief(height=0.006, radius=0.1),
-    ),
+    "relieved hob": replace(HOB, side="convex", **RELIEFS),
     "fillet": Blade(0.1, 0.35, "concave", edge_radius=0.001, part="fillet"),
 }
 
@@ -74,9 +55,8 @@ def test_work_turns_and_shifts_as_the_trade_names_say() -> None:
 @pytest.mark.parametrize("generated", [True, False])
 def test_equation_of_meshing_and_normal_from_derivatives(name: str, generated: bool) -> None:
     """All motions on: analytic state and derivatives against complex step; n . dr/dphi; normal square to the tool."""
-    flank = CutFlank(
-        BLADES[name], replace(MACHINE, generation=GENERATED if generated else FORMATE), BLANK, index_zero=0.3
-    )
+    machine = replace(MACHINE, generation=GENERATED if generated else FORMATE)
+    flank = CutFlank(BLADES[name], machine, BLANK, index_zero=0.3)
     state, slope = flank.linearise(parameters())
     by_step = Flank.linearise(flank, parameters())
     np.testing.assert_allclose(state, by_step[0], atol=1e-15)
@@ -111,10 +91,8 @@ def test_derivatives_by_settings_by_complex_step(name: str) -> None:
 
 def test_edge_pieces_join_with_one_tangent_and_relieve_the_flank() -> None:
     plain = Blade(0.1, 0.35, "concave", 3.0, reference_height=0.004, edge_radius=0.0008)
-    relieved = replace(
-        plain, toprem=Relief(height=0.002, radius=0.03, angle=0.04), flankrem=Relief(height=0.007, radius=0.2)
-    )
-    edge = relieved.profile
+    toprem, flankrem = Relief(height=0.002, radius=0.03, angle=0.04), Relief(height=0.007, radius=0.2)
+    edge = replace(plain, toprem=toprem, flankrem=flankrem).profile
     assert len(edge.pieces) == 4
     for end in edge.breaks:
         below, above = (np.array(edge.at(np.array([end + k * 1e-12]))[:3])[:, 0] for k in (-1.0, 1.0))
@@ -138,9 +116,8 @@ def test_edge_pieces_join_with_one_tangent_and_relieve_the_flank() -> None:
 
 
 def test_protuberance_stands_off_by_its_amount() -> None:
-    blade = Blade(
-        0.1, 0.35, "concave", protuberance=Protuberance(height=0.003, amount=40e-6, radius=0.002), edge_radius=0.0005
-    )
+    out = Protuberance(height=0.003, amount=40e-6, radius=0.002)
+    blade = Blade(0.1, 0.35, "concave", protuberance=out, edge_radius=0.0005)
     s = np.array([0.0, 0.001])
     xi, eta, angle, _ = blade.profile.at(s)
     np.testing.assert_allclose(angle, 0.35, rtol=1e-12)
@@ -170,9 +147,8 @@ def test_hob_edge_leans_by_rake_and_hook() -> None:
     plane, point = flat.edge(s)[0], leant.edge(s)[0]
     forward = np.array([-np.sin(0.35), np.cos(0.35), 0.0])
     xi, eta, *_ = flat.profile.at(s)
-    np.testing.assert_allclose(
-        point - plane, forward[:, None] * (xi * np.tan(0.1) + (eta - 0.005) * np.tan(0.2)), atol=1e-17
-    )
+    leaning = xi * np.tan(0.1) + (eta - 0.005) * np.tan(0.2)
+    np.testing.assert_allclose(point - plane, forward[:, None] * leaning, atol=1e-17)
 
 
 def test_index_start_is_where_a_blade_faces_the_mean_point() -> None:

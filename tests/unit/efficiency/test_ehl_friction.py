@@ -1,23 +1,39 @@
-"""The contact solver as a friction model: which points it solves, how it interpolates, what it says of failures."""
+"""The contact solver as a friction model: points solved, interpolation, failures, texture of the flanks, efficiency."""
 
+import json
+import tomllib
 from dataclasses import replace
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
 from refusals import refuses
+from samples import AXLE_OIL, OPERATION
+from samples import BEVEL as DESIGN
 
-import efficiency
 from efficiency.conditions.conditions import resolve_friction
+from efficiency.conditions.duty import DutyRow
+from efficiency.design.design import Design
 from efficiency.loss import ehl_friction as module
+from efficiency.loss.efficiency import LoadedGrids, load_grids, mesh_efficiency
 from efficiency.loss.ehl_friction import EhlFriction, ehl_friction
+from efficiency.loss.kinematics import Operation
+from efficiency.loss.power_loss import friction_along_mesh, loss_by_region
+from efficiency.mesh import Mesh
+from efficiency.output.tables import efficiency_table
+from efficiency.pair import GearPair
+from efficiency.studies.parameter_study import Levels, run_study
+from ehl.common.errors import InputError
 from ehl.common.progress import Progress, progress_to
+from ehl.common.validation import validate
 from ehl.fluid.oil import Oil
 from ehl.inputs import ContactProblem, SurfaceInput
 from ehl.line_contact import LineContact
 from ehl.state import ContactState
-from regression.friction.models import FrictionFlag
+from regression.formula import friction_model
+from regression.friction.conditions import Conditions
+from regression.friction.models import ConstantFriction, FrictionEstimate, FrictionFlag
 
 OIL = Oil.load("fva3")
 
@@ -26,50 +42,35 @@ def states(n: int, seed: int = 1) -> ContactState:
     """Conditions of a smooth two-parameter family, as over a flank."""
     rng = np.random.default_rng(seed)
     a, b = rng.uniform(-1.0, 1.0, (2, n))
-    return ContactState.of(
-        pressure_hertz=1e9 * np.exp(0.5 * a - 0.2 * b**2),
-        radius_equivalent=0.012 * np.exp(0.2 * b),
-        effective_modulus=226e9,
-        speed_entrainment=3.0 * np.exp(0.1 * a),
-        slide_to_roll=0.5 * b,
-        roughness_rms_1=0.3e-6,
-    )
+    speed, pressure = 3.0 * np.exp(0.1 * a), 1e9 * np.exp(0.5 * a - 0.2 * b**2)
+    at = {"pressure_hertz": pressure, "effective_modulus": 226e9, "speed_entrainment": speed, "slide_to_roll": 0.5 * b}
+    return ContactState.of(**at, radius_equivalent=0.012 * np.exp(0.2 * b), roughness_rms_1=0.3e-6)
 
 
-def law(contact: LineContact) -> float:
+def exact(contact: ContactState | LineContact) -> Any:
     """Smooth in all variables; nearly proportional to small sliding."""
     sliding = np.tanh(contact.slide_to_roll_total / 0.1)
-    return float(0.04 * sliding * (contact.pressure_hertz / 1e9) ** 0.5 * contact.speed_entrainment**-0.1)
+    return 0.04 * sliding * (contact.pressure_hertz / 1e9) ** 0.5 * contact.speed_entrainment**-0.1
 
 
 class Solver:
-    """Stands in for the contact solver; notes what it is asked."""
+    """Stands in for the contact solver; keeps the problems it is called with."""
 
-    def __init__(self, fails: Any = lambda contact: False) -> None:
-        self.fails, self.asked, self.rough = fails, [], []
+    def __init__(self, fails: Any = lambda contact: False, friction: Any = exact, error: float = 0.01) -> None:
+        self.fails, self.friction, self.error, self.problems = fails, friction, error, list[ContactProblem]()
 
     def __call__(self, problem: ContactProblem) -> Any:
-        contact, surface = problem.line, problem.surface
-        self.asked.append(contact)
-        self.rough.append(surface.roughness_rms_1)
+        contact = problem.line
+        self.problems.append(problem)
         if self.fails(contact):
             return SimpleNamespace(status="failed", reason="film_jump")
-        rough = surface.roughness_rms_1 > 0.0
+        rough = problem.surface.roughness_rms_1 > 0.0
+        speed = contact.speed_entrainment
         return SimpleNamespace(
-            status="converged",
-            friction_coefficient=law(contact),
-            friction_error=0.01,
-            statistical_error=0.004,
-            film_central=1e-7 * contact.speed_entrainment,
-            film_ratio=contact.speed_entrainment / 3.0 if rough else np.inf,
-            temperature_flash=360.0,
-            rolling_traction=1e-4,
-        )
-
-
-def exact(state: ContactState) -> np.ndarray:
-    sliding = np.tanh(state.slide_to_roll_total / 0.1)
-    return 0.04 * sliding * (state.pressure_hertz / 1e9) ** 0.5 * state.speed_entrainment**-0.1
+            status="converged", friction_coefficient=float(self.friction(contact)), friction_error=self.error,
+            statistical_error=0.4 * self.error, film_central=1e-7 * speed, film_ratio=speed / 3.0 if rough else np.inf,
+            temperature_flash=360.0, rolling_traction=1e-4,
+        )  # fmt: skip
 
 
 def test_interpolation_is_within_its_stated_interval(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -77,7 +78,7 @@ def test_interpolation_is_within_its_stated_interval(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(module, "solve_contact", solver)
     state = states(1500)
     estimate = EhlFriction("ehl", points=module.SAMPLED, jobs=1).mu(state, oil=OIL)
-    assert len(solver.asked) == module.SAMPLED
+    assert len(solver.problems) == module.SAMPLED
     assert all(estimate.flag == FrictionFlag.OK)
     wrong = np.abs(estimate.mu - exact(state))
     half = 0.5 * (estimate.upper - estimate.lower)
@@ -99,51 +100,28 @@ def test_few_points_are_all_solved_once(monkeypatch: pytest.MonkeyPatch) -> None
         estimate = replace(model, jobs=1).mu(state, oil=OIL)
         np.testing.assert_allclose(estimate.mu, exact(state), rtol=1e-9)
         np.testing.assert_allclose(estimate.upper - estimate.mu, 0.01 * estimate.mu, rtol=1e-9)
-        assert sorted(c.pressure_hertz for c in solver.asked) == pytest.approx(sorted(state.pressure_hertz))
-    equal = ContactState.of(
-        pressure_hertz=np.full(4, 1e9), radius_equivalent=0.01, effective_modulus=226e9, speed_entrainment=3.0
-    )
-    assert np.ptp(EhlFriction("ehl", jobs=1).mu(equal, oil=OIL).mu) == 0.0
+        pressures = sorted(problem.line.pressure_hertz for problem in solver.problems)
+        assert pressures == pytest.approx(sorted(state.pressure_hertz))
+    one = {"radius_equivalent": 0.01, "effective_modulus": 226e9, "speed_entrainment": 3.0, "slide_to_roll": 0.2}
+    equal = ContactState.of(pressure_hertz=np.full(4, 1e9), **one)
+    estimate = EhlFriction("ehl", jobs=1).mu(equal, oil=OIL)
+    assert np.ptp(estimate.mu) == 0.0
+    # chance falls with the root of the number, the rest of the error stays
+    assert estimate.mean_error == pytest.approx(np.hypot(0.004 / 2.0, np.sqrt(0.01**2 - 0.004**2)))
 
 
-def test_smooth_leaves_the_roughness_out(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_reaches_the_solver(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Bulk temperatures, and the roughness but for smooth contacts; too few contacts to predict others are refused."""
+    temperatures = {"temperature_oil": 350.0, "temperature_bulk_1": 370.0, "temperature_bulk_2": 360.0}
+    state = replace(states(5), **{name: np.full(5, t) for name, t in temperatures.items()})
     for spec, rough in (("ehl:smooth", 0.0), ("ehl", 0.3e-6)):
-        solver = Solver()
-        monkeypatch.setattr(module, "solve_contact", solver)
-        ehl_friction(spec).mu(states(5), oil=OIL)  # too few for worker processes
-        assert set(solver.rough) == {rough}
-    assert np.all(np.isinf(ehl_friction("ehl:smooth").mu(states(5), oil=OIL).film_ratio))
-
-
-def test_each_contact_has_its_own_roughness(monkeypatch: pytest.MonkeyPatch) -> None:
-    seeds: list[int] = []
-
-    def solver(problem: ContactProblem) -> Any:
-        seeds.append(problem.surface.seed)
-        return Solver()(problem)
-
-    monkeypatch.setattr(module, "solve_contact", solver)
-    EhlFriction("ehl", points=40, jobs=1, seed=7).mu(states(200), oil=OIL)
-    assert seeds == list(range(7, 47))
-    seeds.clear()
-    with refuses("points"):  # too few to predict the others from
+        monkeypatch.setattr(module, "solve_contact", solver := Solver())
+        ehl_friction(spec).mu(state, oil=OIL)  # too few for worker processes
+        assert {problem.surface.roughness_rms_1 for problem in solver.problems} == {rough}
+        assert {problem.temperature_bulk for problem in solver.problems} == {(370.0, 360.0)}
+        assert {problem.lubricant.temperature for problem in solver.problems} == {350.0}
+    with refuses("points"):
         EhlFriction("ehl", points=12, jobs=1).mu(states(200), oil=OIL)
-    # those that are added count on
-    EhlFriction("ehl", points=40, tolerance=1e-9, jobs=1, seed=7).mu(states(200), oil=OIL)
-    assert seeds == list(range(7, 47))
-
-
-def test_bulk_temperatures_reach_the_solver(monkeypatch: pytest.MonkeyPatch) -> None:
-    seen = []
-
-    def solver(problem: ContactProblem) -> Any:
-        seen.append((problem.lubricant.temperature, problem.temperature_bulk))
-        return Solver()(problem)
-
-    monkeypatch.setattr(module, "solve_contact", solver)
-    hot = {"temperature_oil": 350.0, "temperature_bulk_1": 370.0, "temperature_bulk_2": 360.0}
-    EhlFriction("ehl", jobs=1).mu(replace(states(1), **{name: np.array([t]) for name, t in hot.items()}), oil=OIL)
-    assert seen == [(350.0, (370.0, 360.0))]
 
 
 def test_failed_contacts_are_predicted_by_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -164,8 +142,7 @@ def test_failed_contacts_are_predicted_by_the_others(monkeypatch: pytest.MonkeyP
     assert np.average((wrong < half)[guessed], weights=power[guessed]) > 0.98
     monkeypatch.setattr(module, "solve_contact", Solver())
     sound = EhlFriction("ehl", points=module.SAMPLED, jobs=1).mu(state, oil=OIL)
-    assert sound.failed == {}
-    assert sound.contacts == module.SAMPLED
+    assert (sound.failed, sound.contacts) == ({}, module.SAMPLED)
     assert estimate.mean_error > 1.2 * sound.mean_error
     mean = np.average(exact(state), weights=power)
     assert abs(np.average(estimate.mu, weights=power) / mean - 1.0) < estimate.mean_error
@@ -241,23 +218,21 @@ def test_growth_ends_at_the_most_contacts_and_where_it_is_met_at_once(monkeypatc
 
 
 def test_growth_goes_where_the_others_are_missed(monkeypatch: pytest.MonkeyPatch) -> None:
-    """One half of the family scatters: the contacts that are added lie there."""
-    noise = np.random.default_rng(2)
-    asked: list[float] = []
+    """One half of the family scatters: the contacts that are added lie there, each with a roughness of its own."""
+    noise, solver = np.random.default_rng(2), Solver()
 
-    def solver(problem: ContactProblem) -> Any:
-        contact = problem.line
-        asked.append(contact.slide_to_roll)
-        found = Solver()(problem)
-        if contact.slide_to_roll > 0.0:
+    def solve(problem: ContactProblem) -> Any:
+        found = solver(problem)
+        if problem.line.slide_to_roll > 0.0:
             found.friction_coefficient *= 1.0 + 0.3 * noise.standard_normal()
         return found
 
-    monkeypatch.setattr(module, "solve_contact", solver)
-    EhlFriction("ehl", points=80, tolerance=1e-3, jobs=1).mu(states(1000), oil=OIL)
-    first, added = np.array(asked[: module.FIRST]), np.array(asked[module.FIRST :])
-    assert 0.3 < np.mean(first > 0.0) < 0.7
-    assert np.mean(added > 0.0) > 0.65
+    monkeypatch.setattr(module, "solve_contact", solve)
+    EhlFriction("ehl", points=80, tolerance=1e-3, jobs=1, seed=7).mu(states(1000), oil=OIL)
+    assert [problem.surface.seed for problem in solver.problems] == list(range(7, 87))
+    scatters = np.array([problem.line.slide_to_roll > 0.0 for problem in solver.problems])
+    assert 0.3 < scatters[: module.FIRST].mean() < 0.7
+    assert scatters[module.FIRST :].mean() > 0.65
 
 
 def test_worker_processes_give_the_same_friction(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -271,19 +246,11 @@ def test_worker_processes_give_the_same_friction(monkeypatch: pytest.MonkeyPatch
 
 def test_names() -> None:
     for spec, points, tolerance in (
-        ("ehl", module.POINTS, 0.03),
-        ("ehl:smooth", module.POINTS, 0.002),
-        ("ehl:5%", module.POINTS, 0.05),
-        ("ehl:smooth:0.5%", module.POINTS, 0.005),
-        ("ehl:sampled", module.SAMPLED, None),
-        ("ehl:all", None, None),
-        ("ehl:smooth:all", None, None),
-    ):
-        model = ehl_friction(spec)
-        assert model.points == points
-        assert tolerance is None or model.tolerance == pytest.approx(tolerance)
-    wrong = ["ehl:rough", "ehl:", "ehl2", "ehl:all:sampled"]
-    for spec in (*wrong, "ehl:0%", "ehl:x%", "ehl:200%", "ehl:all:5%", "ehl:5%:6%"):
+        ("ehl:5%", module.POINTS, 0.05), ("ehl:smooth:0.5%", module.POINTS, 0.005),
+        ("ehl:sampled", module.SAMPLED, 0.03), ("ehl:smooth:all", None, 0.002),
+    ):  # fmt: skip
+        assert (ehl_friction(spec).points, ehl_friction(spec).tolerance) == (points, pytest.approx(tolerance))
+    for spec in ("ehl:rough", "ehl:", "ehl:all:sampled", "ehl:0%", "ehl:x%", "ehl:200%", "ehl:all:5%", "ehl:5%:6%"):
         with refuses("friction model"):
             ehl_friction(spec)
 
@@ -291,10 +258,129 @@ def test_names() -> None:
 @pytest.mark.parametrize(("state", "skewness"), [("run_in", -0.8), ("new", 0.0)])
 def test_surfaces_of_flanks_are_those_of_contacts_with_their_finish(state: str, skewness: float) -> None:
     """Boundary friction of the additive and the heights of the finish: a gear and a contact have one surface."""
-    design = efficiency.load("fm_spiral_bevel_14x39").design.with_finish("ground", state)
+    design = DESIGN.with_finish("ground", state)
     model = resolve_friction("ehl", design)
     _, _, surface, _ = model._contact(states(3), OIL, 0, 1)
     named = SurfaceInput(finish="ground", finish_state=state)
     for name in ("boundary_friction", "film_of_contact", "skewness", "kurtosis"):
         assert getattr(surface, name) == getattr(named, name)
     assert surface.skewness == pytest.approx(skewness)
+
+
+TEXTURE = {"correlation_length": 60e-6, "peklenik_number": 4.0}
+TEXTURED = DESIGN.model_copy(update={"surface": DESIGN.surface.model_copy(update=TEXTURE)})
+PAIR, COARSE = GearPair(TEXTURED), (4, 9)
+
+
+@pytest.fixture(scope="module")
+def loaded() -> LoadedGrids:
+    return load_grids(Mesh.of(DESIGN, "drive", 6, 15, keep=True).grids, 200.0)
+
+
+def falling(fails: Any = lambda contact: False) -> Solver:
+    """Friction that falls with the pressure."""
+    return Solver(fails, lambda contact: 0.06 - 0.02 * contact.pressure_hertz / 1e9, 0.03)
+
+
+def model() -> EhlFriction:
+    return replace(ehl_friction("ehl"), points=60, tolerance=0.0, jobs=1)
+
+
+def test_failed_contacts_are_counted_and_an_error(loaded: LoadedGrids, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "solve_contact", falling())
+    sound = mesh_efficiency(loaded, model(), AXLE_OIL, OPERATION)
+    pressure = np.sort(sound.points.state.pressure_hertz)
+    hard = float(pressure[-8])
+    monkeypatch.setattr(module, "solve_contact", falling(lambda contact: contact.pressure_hertz >= hard))
+    result = mesh_efficiency(loaded, model(), AXLE_OIL, OPERATION)
+    assert (sound.solution.contacts, sound.solution.contacts_failed) == (60, {})
+    error = sound.errors
+    assert error.contacts == pytest.approx((1.0 - sound.efficiency) * sound.friction.mean_error)  # type: ignore[attr-defined]
+    assert sound.efficiency_error == pytest.approx(error.contacts + error.positions + error.points)
+    assert (result.status, result.solution.contacts) == ("converged", 60)
+    failed = result.solution.contacts_failed["film_jump"]
+    assert 0 < failed < 6
+    share = result.friction_range.flag_shares["predicted"]
+    assert 0.0 < share < 0.1
+    assert result.efficiency == pytest.approx(sound.efficiency, abs=2e-5)
+    assert result.efficiency_upper - result.efficiency_lower > sound.efficiency_upper - sound.efficiency_lower
+    # every share is of all the loss
+    assert sum(result.friction_range.flag_shares.values()) == pytest.approx(1.0)
+    assert loss_by_region(result).sum() == pytest.approx(1.0)
+    assert np.all(np.isfinite(friction_along_mesh(result)))
+    assert json.loads(json.dumps(result.to_dict()))["solution"]["contacts_failed"] == {"film_jump": failed}
+    (shown,) = efficiency_table(result).records()
+    assert (shown["contacts"], shown["failed"], shown["predicted_share"]) == (60, failed, share)
+
+
+def test_where_too_much_failed_is_no_efficiency(loaded: LoadedGrids, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "solve_contact", falling(lambda contact: contact.pressure_hertz > 0.9e9))
+    result = mesh_efficiency(loaded, model(), AXLE_OIL, OPERATION)
+    assert (result.status, result.reason) == ("failed", "friction_not_converged")
+    assert np.isnan([result.efficiency, result.efficiency_lower, result.edges.loss_share]).all()
+    assert np.all(np.isnan(loss_by_region(result)))
+    assert result.friction_range.flag_shares["not_converged"] > module.MAX_FAILED
+    monkeypatch.setattr(module, "solve_contact", falling(lambda contact: True))
+    failed = mesh_efficiency(loaded, model(), AXLE_OIL, OPERATION)
+    (shown,) = efficiency_table(failed).records()
+    assert (shown["contacts"], shown["failed"], shown["film_ratio_min"]) == (60, 60, None)
+
+
+def test_the_peklenik_number_is_told_where_friction_does_not_know_it(loaded: LoadedGrids) -> None:
+    ground = replace(OPERATION, peklenik_number=5.0)
+    model = friction_model("schlenk_1994")
+    notes, usual = (mesh_efficiency(loaded, model, AXLE_OIL, at).notes for at in (ground, OPERATION))
+    assert len(set(notes) - set(usual)) == 1
+    # the data of this one vary the lay, and marks across the motion rub less
+    by_formula, isotropic = (
+        mesh_efficiency(loaded, friction_model("75w90"), AXLE_OIL, at).friction_coefficient_mean
+        for at in (ground, OPERATION)
+    )
+    assert by_formula < 0.98 * isotropic
+
+
+def test_texture_in_the_design_file_and_its_limits() -> None:
+    content = DESIGN.model_dump(exclude_none=True)
+    given = content | tomllib.loads('[surface]\ncorrelation_length = "45 um"\npeklenik_number = 3')
+    assert validate(Design, given).surface.correlation_length == pytest.approx(45e-6)
+    for wrong in ({"correlation_length": "0.1 um"}, {"peklenik_number": 0.1}, {"rq": 1}):
+        with pytest.raises(InputError, match=r"surface\."):
+            validate(Design, content | {"surface": wrong})
+    with refuses("correlation_length"):
+        Operation(100.0, 363.15, correlation_length=1e-9)
+    with refuses("peklenik_number"):
+        Operation(100.0, 363.15, peklenik_number=0.0)
+
+
+class Witness(ConstantFriction):
+    seen: ClassVar[list[tuple[float, ...]]] = []
+
+    def evaluate(self, conditions: Conditions, oil: Oil) -> FrictionEstimate:
+        # points of several conditions may be evaluated together
+        self.seen += set(zip(conditions["correlation_length"], conditions["peklenik_number"], strict=True))
+        return super().evaluate(conditions, oil)
+
+
+def test_texture_reaches_points_maps_duty_and_study() -> None:
+    witness = Witness(0.05)
+    witness.seen.clear()
+    rows = [DutyRow(200.0, 125.0, 363.15, 1.0)]
+    result = PAIR.at(witness, grid=COARSE)
+    assert (result.conditions.correlation_length, result.conditions.peklenik_number) == (60e-6, 4.0)
+    PAIR.over(witness, grid=COARSE, torque=[200.0], speed=[100.0])
+    PAIR.duty(rows, witness, grid=COARSE)
+    levels = Levels((200.0,), (125.0,), (363.15,), (2e-7,), E=(), P=(), G=(), shaft_angle_error=())
+    assert run_study([TEXTURED], witness, levels, grid=COARSE).points[0].reason == ""
+    assert set(witness.seen) == {(60e-6, 4.0)}
+    assert len(witness.seen) >= 4
+    state = PAIR.duty_points(rows, grid=COARSE)[0].state
+    assert np.all(state.correlation_length == 60e-6)
+    PAIR.over(witness, grid=COARSE, correlation_length=[2e-5, 1e-4])
+    assert set(witness.seen) == {(60e-6, 4.0), (2e-5, 4.0), (1e-4, 4.0)}
+
+
+def test_texture_reaches_the_solver(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "solve_contact", solver := falling())
+    PAIR.at(model(), grid=COARSE)
+    surfaces = [problem.surface for problem in solver.problems]
+    assert {(surface.correlation_length, surface.peklenik_number) for surface in surfaces} == {(60e-6, 4.0)}

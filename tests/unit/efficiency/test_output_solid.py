@@ -35,10 +35,8 @@ def tooth_volume(grid: ToothGrid) -> float:
     u = 0.5 * node * blank.face_width
     total = 0.0
     for at, share in zip(u, 0.5 * weight * blank.face_width, strict=True):
-        column, levels = (
-            np.array([np.interp(at, grid.u[0], row) for row in values]) for values in (thickness, grid.height)
-        )
-        radius, _ = blank.axial(np.full_like(levels, at), levels)
+        column, levels = ([np.interp(at, grid.u[0], row) for row in values] for values in (thickness, grid.height))
+        radius, _ = blank.axial(np.full(len(levels), at), np.array(levels))
         total += share * float(np.trapezoid(radius * column, levels))
     return total
 
@@ -49,10 +47,8 @@ def body_volume(grid: ToothGrid, rim: float, bore: float) -> float:
     (r1, r2), (z1, z2) = grid.blank.axial(u, h)
     (r0, r3), (z0, z3) = grid.blank.axial(u, h - rim)
     corners = [(r0, z0), (r1, z1), (r2, z2), (r3, z3)]
-    total = 0.0
-    for (a, za), (b, zb) in pairwise(corners):
-        total += np.pi / 3.0 * (zb - za) * (a * a + a * b + b * b)
-    return total - 0.25 * np.pi * bore**2 * (z3 - z0)
+    total = sum(np.pi / 3.0 * (zb - za) * (a * a + a * b + b * b) for (a, za), (b, zb) in pairwise(corners))
+    return float(total) - 0.25 * np.pi * bore**2 * (z3 - z0)
 
 
 @pytest.mark.parametrize("member", MEMBERS)
@@ -87,7 +83,6 @@ def test_stl_round_trip(tmp_path: Path, grids: dict[str, ToothGrid]) -> None:
     path = tmp_path / "space.stl"
     write_stl(path, solid, "solid name")
     corners = np.frombuffer(path.read_bytes()[84:], STL_RECORD)["corners"].astype(float)
-    assert path.stat().st_size == 84 + 50 * len(solid.triangles)
     assert not path.read_bytes().startswith(b"solid")
     assert np.abs(corners - 1e3 * solid.points[solid.triangles]).max() < 1e-5
     # the same points stay the same in single precision: the file is as closed as the solid
@@ -124,15 +119,12 @@ def test_fillet_of_the_solid_is_the_one_the_cutter_leaves(design: Design) -> Non
     assert tooth_grid(design.flanks(), "pinion", 9, 9).fillets == (False, False)
     for side, azimuth in zip(grid.sides, (grid.lower, grid.upper), strict=True):
         flank = design.gear.flank("concave" if side == "concave" else "convex")
-        limits = flank_limits(flank, 9)
-        curve = limits.fillet
-        column = 3
-        rows = np.flatnonzero(
-            (grid.height[:, column] < limits.start[column]) & (grid.height[:, column] > limits.root[column])
-        )
+        limits, column = flank_limits(flank, 9), 3
+        curve, height = limits.fillet, grid.height[:, column]
+        rows = np.flatnonzero((height < limits.start[column]) & (height > limits.root[column]))
         assert rows.size > 2
-        nearest = np.abs(curve.height[:, column, None] - grid.height[rows, column]).argmin(axis=0)
-        radius, z = grid.blank.axial(grid.u[rows, column], grid.height[rows, column])
+        nearest = np.abs(curve.height[:, column, None] - height[rows]).argmin(axis=0)
+        radius, z = grid.blank.axial(grid.u[rows, column], height[rows])
         parameters, found = fillet(flank).refine(radius, z, curve.parameters[nearest, :, column].T)
         exact, _ = flank.solve(grid.u[-1:, column], grid.height[-1:, column])
         turned = azimuth[-1, column] - exact.azimuth[0]

@@ -65,9 +65,8 @@ def test_step_of_a_member_is_read_back(tmp_path: Path) -> None:
         cut, found = flank.solve(u, h)
         assert found.all()
         points = grid.point(cut.azimuth + turn, u, h)
-        face = min(
-            faces, key=lambda face: distance(face, grid.point(azimuth[10, 15], grid.u[10, 15], grid.height[10, 15]))
-        )
+        centre = grid.point(azimuth[10, 15], grid.u[10, 15], grid.height[10, 15])
+        face = min(faces, key=lambda face: distance(face, centre))
         assert max(distance(face, point) for point in points) < 1e-6
 
 

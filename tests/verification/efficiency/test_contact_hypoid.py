@@ -1,4 +1,4 @@
-"""A bevel and two hypoid pairs: velocities, curvatures, gaps and teeth against independent computations."""
+"""Geometry of the mesh, velocities, curvatures, gaps and teeth against exact cases and independent computations."""
 
 from dataclasses import replace
 from typing import Any
@@ -7,14 +7,18 @@ import numpy as np
 import pytest
 from flank_curvature import flank_curvature
 
+from efficiency.contact.assembly import Assembly
 from efficiency.contact.conjugate import EaseOffTarget, conjugate_flank
 from efficiency.contact.contact_lines import MeshPosition, mesh_cycle
 from efficiency.contact.ease_off import ConjugatePoints, conjugate_points, ease_off
 from efficiency.contact.flank_pair import FlankPair, flank_pair
-from efficiency.contact.mesh_surface import mesh_surface
-from efficiency.contact.tooth_grid import normal_thickness, tooth_shapes
+from efficiency.contact.gear_flanks import SIDES, Side
+from efficiency.contact.mesh_surface import MeshSurface, mesh_surface
+from efficiency.contact.tooth_grid import tooth_shapes
+from efficiency.cutting.cutter import Blade
+from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.machine import turn
-from efficiency.design.design import load_design
+from efficiency.design.design import Design, load_design
 
 HYPOIDS = ("fh_hypoid_9x34", "fm_hypoid_13x42")
 PAIRS: list[tuple[str, Any]] = [(name, side) for name in HYPOIDS for side in ("drive", "coast")]
@@ -146,9 +150,8 @@ def test_gap_is_the_least_distance_of_the_real_flanks_across_the_line(pair: Flan
         e, f, g = (ru * ru).sum(axis=0), (ru * rv).sum(axis=0), (rv * rv).sum(axis=0)
         up, vp = g * roll_u - f * roll_v, e * roll_v - f * roll_u
         size = np.linalg.norm(ru * up + rv * vp, axis=0)
-        rows = [
-            separation(pair, float(angle[own][0]), back, u[own] + s * up / size, v[own] + s * vp / size) for s in shifts
-        ]
+        up, vp, at = up / size, vp / size, float(angle[own][0])
+        rows = [separation(pair, at, back, u[own] + s * up, v[own] + s * vp) for s in shifts]
         least = []
         for column in np.array(rows).T:
             a, b, c = np.polyfit(shifts[np.isfinite(column)], column[np.isfinite(column)], 2)
@@ -165,17 +168,108 @@ def test_undercut_is_told_and_leaves_no_gap_in_the_numbers() -> None:
     assert 0.01 < absent.share < 0.05
     assert absent.u[0] == pytest.approx(-0.013)
     assert absent.fraction[0] > 0.9
-    assert "undercut" in pair.notes[0]
     pattern = pair.pattern()
     assert not pattern.inside[pattern.gear_u < -0.0129][-1]
     for position in mesh_cycle(pair.surface, positions=8, points_per_line=21):
         for name in ("gap", "radius_equivalent", "length", "entrainment", "height_pinion"):
             assert np.isfinite(getattr(position, name)).all()
         assert (position.radius_equivalent > 0.0).all()
-    width = normal_thickness(
-        load_design("fh_hypoid_9x34").flanks(), "pinion", np.array([-0.4, 0.4]) * 31e-3, np.array([-3.1e-3, 0.0])
-    )
-    assert np.isnan(width[0])
-    assert width[1] > 5e-3
     shape = tooth_shapes(pair.flanks)[0]
     assert np.isfinite(shape.thickness_root).all()
+
+
+def crown_pinion(gear: CutFlank, pinion: CutFlank) -> CutFlank:
+    """Pinion cut by the gear's own cutter surface on the gear's own cradle: exactly conjugate (Olivier's principle).
+
+    Cradle and both members share one instantaneous axis, the common pitch line. Seen from the pinion the cradle axis
+    points the other way, and the outside of the cutter becomes an inside.
+    """
+    machine, blade, depth = gear.machine, gear.blade, 0.01
+    other = "convex" if blade.side == "concave" else "concave"
+    radius = blade.point_radius + blade.sign * depth * np.tan(blade.blade_angle)
+    settings = replace(
+        machine,
+        cradle_angle=-machine.cradle_angle,
+        machine_root_angle=0.5 * np.pi - machine.machine_root_angle,
+        roll_ratio=machine.roll_ratio * gear.blank.teeth / pinion.blank.teeth,
+        sliding_base=-(machine.sliding_base + depth),
+    )
+    return CutFlank(Blade(float(radius), blade.blade_angle, other), settings, pinion.blank)
+
+
+@pytest.fixture(scope="module", params=SIDES)
+def conjugate(request: pytest.FixtureRequest, design: Design) -> MeshSurface:
+    pinion, gear = design.flanks().mating(request.param)
+    return mesh_surface(gear, crown_pinion(gear, pinion), design.placement())
+
+
+def points_inside(surface: MeshSurface, count: int = 60) -> tuple[np.ndarray, np.ndarray]:
+    random = np.random.default_rng(3)
+    (u0, u1), (v0, v1) = surface.patch.u_range, surface.patch.v_range
+    return random.uniform(u0, u1, count), random.uniform(v0, v1, count)
+
+
+def exact_conjugate(surface: MeshSurface, u: np.ndarray, v: np.ndarray) -> ConjugatePoints:
+    points, found = surface.gear.solve(u, surface.height(u, v))
+    assert found.all()
+    return conjugate_points(points, surface.assembly)
+
+
+def test_exactly_conjugate_pinion_has_no_ease_off(conjugate: MeshSurface) -> None:
+    u, v = points_inside(conjugate)
+    relief, _, found = ease_off(exact_conjugate(conjugate, u, v), conjugate.pinion, conjugate.phase)
+    assert found.all()
+    assert np.abs(relief).max() < 1e-13
+    assert np.abs(conjugate.patch(u, v, ("ease_off",))).max() < 1e-13
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_interpolation_error_is_estimated(design: Design, side: Side) -> None:
+    """The patch against exact points between its nodes; the estimate from the tail is not too small."""
+    surface = flank_pair(design.flanks(), side).surface
+    u, v = points_inside(surface)
+    relief, _, found = ease_off(exact_conjugate(surface, u, v), surface.pinion, surface.phase)
+    assert found.all()
+    worst = np.abs(surface.patch(u, v, ("ease_off",))[0] - relief).max()
+    assert worst < max(surface.interpolation_error, 1e-14)
+    assert surface.interpolation_error < 1e-9
+
+
+@pytest.mark.parametrize("hand", ["left", "right"])
+def test_positive_misalignments_move_the_members_as_documented(hand: str) -> None:
+    """E enlarges the offset, P and G move pinion and gear towards the heel, the shaft angle opens with its error.
+
+    From a heel point of each member, turned about axes fitted to three places of it: no formula of the assembly.
+    """
+    mirror = 1.0 if hand == "left" else -1.0
+    nominal = Assembly(9, 34, 1.5, mirror * 0.03)
+    heel_pinion, heel_gear = np.array([[0.02], [0.0], [0.09]]), np.array([[0.08], [0.0], [0.03]])
+
+    def lines(assembly: Assembly) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Point and direction of both axes by the circles that the heel points run on, towards the heel."""
+        found = []
+        for place, point in ((assembly.pinion_in_mesh, heel_pinion), (assembly.gear_in_mesh, heel_gear)):
+            a, b, c, d = (place(point, np.array([angle]))[:, 0] for angle in (0.0, np.pi / 2, np.pi, 1.5 * np.pi))
+            axis = np.cross(b - a, c - a)
+            # the apex lies before the circle: towards the heel is away from the crossing point
+            found.append(((a + b + c + d) / 4.0, axis / np.linalg.norm(axis)))
+        return found
+
+    def measures(assembly: Assembly) -> tuple[float, float]:
+        (p, a), (q, b) = lines(assembly)
+        normal = np.cross(a, b)
+        return abs(float((p - q) @ normal)) / float(np.linalg.norm(normal)), float(np.arccos(a @ b))
+
+    before, after = lines(nominal), lines(replace(nominal, P=1e-4, G=2e-4))
+    for (centre, axis), (shifted, _), amount in zip(before, after, (1e-4, 2e-4), strict=True):
+        assert (shifted - centre) @ axis == pytest.approx(amount, abs=1e-12)
+        assert np.linalg.norm(shifted - centre) == pytest.approx(amount, abs=1e-12)
+        assert centre @ axis > 0.02
+    distance, angle = measures(nominal)
+    assert (distance, angle) == pytest.approx((0.03, 1.5), abs=1e-12)
+    assert measures(replace(nominal, E=mirror * 1e-4))[0] == pytest.approx(distance + 1e-4, abs=1e-12)
+    assert measures(replace(nominal, shaft_angle_error=1e-3))[1] == pytest.approx(angle + 1e-3, abs=1e-9)
+    # as a design states it: E of the design adds to its offset, whatever the hand
+    pair = load_design("fh_hypoid_9x34")
+    wide, near = (measures(pair.with_misalignment(E=e).placement())[0] for e in (1e-4, 0.0))
+    assert wide == pytest.approx(near + 1e-4, abs=1e-12)

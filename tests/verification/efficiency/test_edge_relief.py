@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from refusals import refuses
 
 from efficiency.contact.contact_lines import conjugate_fields, sectioned_fields
 from efficiency.contact.flank_pair import flank_pair
@@ -14,7 +15,7 @@ from efficiency.contact.relief import EdgeRelief, MemberRelief
 from efficiency.design.design import Design, bevel_names, load_design
 from efficiency.geometry.pair_geometry import geometry_notes
 from efficiency.machine_settings.inputs import load_targets
-from efficiency.mesh import Mesh, elastic_bodies
+from efficiency.mesh import Mesh
 from ehl.common.data import data_path
 
 PAIR = "fm_hypoid_13x42"
@@ -44,11 +45,8 @@ def test_depth_is_the_amount_at_the_edge_and_nothing_at_the_length(form: Any, ha
 
 def test_each_edge_counts_from_itself_and_the_deeper_one_in_a_corner() -> None:
     blank = load_design(PAIR).gear.blank
-    relief = MemberRelief(
-        tip=EdgeRelief(amount=20e-6, length=1e-3, form="linear"),
-        toe=EdgeRelief(amount=30e-6, length=4e-3, form="linear"),
-        heel=None,
-    )
+    at_tip, at_toe = (EdgeRelief(amount=a, length=b, form="linear") for a, b in ((20e-6, 1e-3), (30e-6, 4e-3)))
+    relief = MemberRelief(tip=at_tip, toe=at_toe, heel=None)
     half = 0.5 * blank.face_width
     u = np.array([-half, -half + 1e-3, 0.0, half, -half])
     below = np.array([2e-3, 3e-3, 0.25e-3, 0.5e-3, 0.0])
@@ -85,27 +83,6 @@ def test_gap_is_that_of_sections_in_space(member: str) -> None:
     assert (added >= 0.0).all()
 
 
-@pytest.fixture(scope="module")
-def results() -> dict[float, Any]:
-    """Efficiency and load of tip reliefs of several amounts, on a small grid."""
-    found, bodies = {}, elastic_bodies(load_design(PAIR), "drive", keep=True)
-    for amount in (0.0, 1e-9, 3e-6, 25e-6):
-        tables: dict[str, Any] = {"tip": tip(amount)} if amount else {}
-        found[amount] = Mesh.of(relieved(PAIR, **tables), "drive", 6, 13, bodies).load().efficiency()
-    return found
-
-
-def test_relief_takes_the_load_off_the_edges_and_only_as_much_as_it_is(results: dict[float, Any]) -> None:
-    shares = [result.edges.load_share for result in results.values()]
-    assert shares[0] > 0.08
-    assert shares[1] == pytest.approx(shares[0], abs=2e-4)
-    assert shares[0] > shares[2] > shares[3]
-    assert shares[3] < 0.02
-    pressures = [result.pressure_hertz_max for result in results.values()]
-    # what the edges leave the flank has to carry
-    assert pressures[3] > pressures[0]
-
-
 def test_contact_pattern_leaves_relieved_ends() -> None:
     plain = flank_pair(load_design(PAIR).flanks(), "drive").pattern()
     short = flank_pair(relieved(PAIR, tip=tip(30e-6, 2e-3), toe=tip(30e-6, 6e-3)).flanks(), "drive").pattern()
@@ -118,39 +95,24 @@ TEXT = data_path("designs", f"{PAIR}.toml").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(
-    ("tables", "field", "remedy"),
+    ("tables", "field"),
     [
-        ('tip = { amount = "20 um", length = "30 mm" }', "gear.edge_relief.tip.length", "whole depth"),
-        ('tip = { amount = "-20 um", length = "1 mm" }', "gear.edge_relief.tip.amount", "above 0"),
-        ('tip = { amount = "20 um", length = "1 mm", form = "wavy" }', "gear.edge_relief.tip.form", "'circular'"),
-        ('tip = { amount = "0.9 mm", length = "0.5 mm" }', "gear.edge_relief.tip.amount", "at most its length"),
-        ('heel = { amount = "20 um" }', "gear.edge_relief.heel.length", "is missing"),
-        (
-            'toe = { amount = "20 um", length = "20 mm" }\nheel = { amount = "20 um", length = "20 mm" }',
-            "gear.edge_relief.toe.length",
-            "below the face width",
-        ),
+        ('tip = { amount = "20 um", length = "30 mm" }', "tip.length"),
+        ('tip = { amount = "-20 um", length = "1 mm" }', "tip.amount"),
+        ('tip = { amount = "20 um", length = "1 mm", form = "wavy" }', "tip.form"),
+        ('tip = { amount = "0.9 mm", length = "0.5 mm" }', "tip.amount"),
+        ('heel = { amount = "20 um" }', "heel.length"),
+        ('toe = { amount = "20 um", length = "20 mm" }\nheel = { amount = "20 um", length = "20 mm" }', "toe.length"),
     ],
 )
-def test_impossible_relief_is_refused(mixed_ehl: Any, tmp_path: Path, tables: str, field: str, remedy: str) -> None:
+def test_impossible_relief_is_refused(tmp_path: Path, tables: str, field: str) -> None:
     design = tmp_path / "design.toml"
     design.write_text(f"{TEXT}\n[gear.edge_relief]\n{tables}\n", encoding="utf-8")
-    outcome = mixed_ehl("gear", design)
-    assert outcome.code == 2
-    assert field in outcome.err
-    assert remedy in " ".join(outcome.err.split())
+    with refuses(f"gear.edge_relief.{field}"):
+        load_design(design)
 
 
 SHIPPED = [name for name in bevel_names() if name.endswith("_relieved")]
-
-
-def test_every_shipped_pair_is_clean_or_a_reference_case_beside_a_clean_one() -> None:
-    """The reference cases keep the edges and settings that figures and golden files are of, and say so."""
-    for name in sorted(set(bevel_names()) - set(SHIPPED)):
-        assert f"{name}_relieved" in SHIPPED
-        assert f"reference case with sharp edges, for use: {name}_relieved" in load_design(name).source
-        assert load_design(f"{name}_relieved").operation.oil == load_design(name).operation.oil
-    assert not any("reference case" in load_design(name).source for name in SHIPPED)
 
 
 @pytest.mark.parametrize("side", ["drive", "coast"])

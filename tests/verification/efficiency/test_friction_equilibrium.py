@@ -1,4 +1,4 @@
-"""Friction in the load equilibrium against the exact pitch point of a hypoid pair, and the energy balance."""
+"""Loss and friction in the load equilibrium against exact limits, quadrature, energy balance, solved contacts."""
 
 import math
 from dataclasses import replace
@@ -6,38 +6,36 @@ from functools import cache
 
 import numpy as np
 import pytest
+from samples import AXLE_OIL as OIL
+from samples import tiny_load, tiny_mesh
 
+import efficiency
 from efficiency.contact.contact_lines import MeshPosition
 from efficiency.cylindrical_gears.contact_lines import cylindrical_tooth
 from efficiency.design.design import load_design
-from efficiency.loss.efficiency import MeshGrids, load_grids, solve_balanced
+from efficiency.loss.closed_form import PitchGeometry, buckingham_type, coleman_type, lengthwise_sliding
+from efficiency.loss.efficiency import MeshGrids, load_grids, mesh_efficiency, solve_balanced
+from efficiency.loss.ehl_friction import EhlFriction
 from efficiency.loss.kinematics import Axis, Driver, Operation, loaded_points
 from efficiency.ltca.load_distribution import LoadDistribution, PositionLoad, TeethElasticity, distribute_load
 from efficiency.ltca.solid_tooth import SolidTooth
 from efficiency.mesh import Mesh
 from ehl.common.errors import InputError
-from ehl.fluid.oil import Oil
 from ehl.material import Material
 from regression.formula import friction_model
 from regression.friction.models import ConstantFriction, FrictionModel
 
-OIL = Oil.load("75w90")
 OPERATION = Operation(100.0, 363.15)
 STEEL = Material.load("steel")
 
 
 @cache
 def straight_tooth() -> SolidTooth:
-    return cylindrical_tooth(
-        20, 0.026, 0.033, 0.02, lambda radius: (3e-3 - 0.25 * (radius - 0.026)) / radius, 6e-3, STEEL
-    )
+    return cylindrical_tooth(20, 0.026, 0.033, 0.02, lambda r: (3e-3 - 0.25 * (r - 0.026)) / r, 6e-3, STEEL)
 
 
 def pitch_point(spiral_1: float, spiral_2: float, pressure: float) -> MeshGrids:
-    """Contact at the pitch point only: x across the teeth, y along them, z off the pitch plane.
-
-    Both members move at the same speed along x; along y they differ by the tangents of their spiral angles.
-    """
+    """Contact at the pitch point only: x across the teeth, y along them, z off the plane; equal speeds along x."""
     radius_1, radius_2 = 0.025, 0.075
     axes, speeds = [], []
     for spiral, radius, side in ((spiral_1, radius_1, 1.0), (spiral_2, radius_2, -1.0)):
@@ -49,31 +47,21 @@ def pitch_point(spiral_1: float, spiral_2: float, pressure: float) -> MeshGrids:
     normal = np.array([math.cos(pressure), 0.0, math.sin(pressure)])
     n = 5
 
-    def rows(vector: np.ndarray) -> np.ndarray:
-        return np.tile(vector, (n, 1))
-
+    across = np.array([-math.sin(pressure), 0.0, math.cos(pressure)])
+    vectors = {"position": np.zeros(3), "normal": normal, "along": np.array([0.0, 1.0, 0.0]), "across": across}
+    numbers = {"lever_pinion": normal @ velocity_1, "lever_gear": normal @ velocity_2 / ratio, "length": 2e-3}
+    numbers |= {"sliding_along": velocity_1[1] - velocity_2[1], "entrainment": 0.01, "radius_equivalent": 0.012}
+    numbers |= {"height_gear": 3e-3, "height_pinion": 3e-3}
+    numbers |= dict.fromkeys(("gap", "sliding_across", "lay_pinion", "lay_gear"), 0.0)
+    face = np.linspace(8e-3, 12e-3, n)
     position = MeshPosition(
         pinion_angle=0.0,
-        pair=np.zeros(n, np.int64),
-        position=np.zeros((n, 3)),
-        normal=rows(normal),
-        along=rows(np.array([0.0, 1.0, 0.0])),
-        across=rows(np.array([-math.sin(pressure), 0.0, math.cos(pressure)])),
-        length=np.full(n, 2e-3),
-        gap=np.zeros(n),
-        radius_equivalent=np.full(n, 0.012),
-        lever_pinion=np.full(n, normal @ velocity_1),
-        lever_gear=np.full(n, normal @ velocity_2 / ratio),
-        sliding_along=np.full(n, velocity_1[1] - velocity_2[1]),
-        sliding_across=np.zeros(n),
-        entrainment=np.full(n, 0.01),
-        height_gear=np.full(n, 3e-3),
-        height_pinion=np.full(n, 3e-3),
-        face_gear=np.linspace(8e-3, 12e-3, n),
-        face_pinion=np.linspace(8e-3, 12e-3, n),
         transmission_error=0.0,
-        lay_pinion=np.zeros(n),
-        lay_gear=np.zeros(n),
+        pair=np.zeros(n, np.int64),
+        face_gear=face,
+        face_pinion=face,
+        **{name: np.tile(vector, (n, 1)) for name, vector in vectors.items()},
+        **{name: np.full(n, value) for name, value in numbers.items()},
     )
     tooth = straight_tooth()
     cycle = tuple(replace(position, pinion_angle=0.1 * k) for k in range(4))
@@ -222,3 +210,83 @@ def test_a_map_does_not_depend_on_the_order_of_its_points() -> None:
     fresh = Mesh.of(load_design("fh_hypoid_9x34"), "drive", 6, 15, keep=True)
     other = fresh.over("75w90", torque=torques[::-1], speed=speeds[::-1]).values()[::-1, ::-1]
     np.testing.assert_allclose(one, other, rtol=1e-9)
+
+
+@pytest.mark.parametrize("kind", ["fm_spiral_bevel_14x39", "fm_hypoid_13x42", "fh_spiral_bevel_12x37"])
+def test_interval_of_the_formula_contains_solved_contacts(kind: str) -> None:
+    loaded = efficiency.load(f"{kind}_relieved").mesh(positions=6, points_per_line=11).load()
+    formula = loaded.efficiency()
+    solved = loaded.efficiency(EhlFriction("ehl", points=24, jobs=1))
+    assert solved.solution.contacts >= 20
+    assert formula.outside_range_share < 0.01
+    assert formula.efficiency_lower < solved.efficiency < formula.efficiency_upper
+    assert solved.efficiency_lower < formula.efficiency < solved.efficiency_upper
+
+
+@pytest.mark.parametrize("name", ["fh_hypoid_9x34", "fm_spiral_bevel_14x39"])
+def test_constant_friction_is_the_integral_over_the_lines(name: str) -> None:
+    """Sliding from both axes of rotation, and the trapezoidal rule for w' |v_s| over the length of the lines."""
+    mesh = tiny_mesh(design=name).grids
+    loaded = load_grids(mesh, 200.0)
+    result = mesh_efficiency(loaded, ConstantFriction(0.05), OIL, OPERATION)
+    pinion, gear = mesh.axes
+    total = 0.0
+    for load in loaded.fine.positions:
+        p = load.position
+        ratio = float(np.mean(p.lever_gear / p.lever_pinion))
+        # the gear turns so that the flanks stay in touch: equal velocities along the normal
+        one = np.cross(pinion.direction, p.position - pinion.origin)
+        two = np.cross(gear.direction, p.position - gear.origin)
+        way = np.sum(one * p.normal, axis=1) / np.sum(two * p.normal, axis=1)
+        np.testing.assert_allclose(np.abs(way), 1.0 / ratio, rtol=1e-3)
+        slip = one - way[:, None] * two
+        density = load.load_per_length * np.linalg.norm(slip, axis=1)
+        for at in p.lines:
+            if at.size < 3:
+                continue
+            # midpoints of equal parts: the ends of a line lie half a part beyond its outer points
+            middle = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(p.position[at], axis=0), axis=1))])
+            half = 0.5 * p.length[at]
+            run = np.concatenate([[-half[0]], middle, [middle[-1] + half[-1]]])
+            ends = np.concatenate([density[at][:1], density[at], density[at][-1:]])
+            total += float(np.trapezoid(ends, run))
+    mean = 0.05 * total * OPERATION.speed / len(loaded.fine.positions)
+    assert result.power_loss == pytest.approx(mean, rel=0.01)
+
+
+def test_no_friction_no_loss_either_way() -> None:
+    loaded = tiny_load()
+    for driver in ("pinion", "gear"):
+        result = mesh_efficiency(loaded, ConstantFriction(0.0), OIL, replace(OPERATION, driver=driver))
+        assert (result.efficiency, result.power_loss) == (1.0, 0.0)
+        # rolling goes on, and is told apart
+        assert result.power_loss_rolling > 0.0
+        assert 0.99 < result.efficiency_with_rolling < 1.0
+
+
+ANGLES = [math.radians(angle) for angle in (20.0, 48.0, 22.0, 25.0, 63.0)]
+WITHOUT_HEIGHT = PitchGeometry(*ANGLES, 0.03, 0.085, module_normal=1e-8, contact_ratio_profile=1.2)
+
+
+@pytest.mark.parametrize("mu", [0.02, 0.08])
+def test_closed_forms_without_profile_sliding(mu: float) -> None:
+    """Teeth of vanishing height: both become the lengthwise identity; the frictionless one differs by mu squared."""
+    pair = WITHOUT_HEIGHT
+    exact = lengthwise_sliding(pair, mu)
+    assert coleman_type(pair, mu) == pytest.approx(exact, abs=1e-6)
+    assert buckingham_type(pair, mu) == pytest.approx(exact, abs=1e-6)
+    tangents = math.tan(math.radians(48.0)) - math.tan(math.radians(22.0))
+    cos_n = math.cos(math.radians(20.0))
+    linear = 1.0 - mu * tangents / cos_n
+    assert abs(exact - linear) < 2.0 * mu**2
+
+
+def test_a_driving_gear_is_the_pinion_with_friction_reversed() -> None:
+    """eta = (cos a - mu tan b1)/(cos a - mu tan b2), and both ways there and back lose alike to first order."""
+    pair = WITHOUT_HEIGHT
+    back = lengthwise_sliding(pair, 0.05, driver="gear")
+    cos_n, t1, t2 = (math.cos(math.radians(20.0)), math.tan(math.radians(48.0)), math.tan(math.radians(22.0)))
+    assert back == pytest.approx((cos_n - 0.05 * t1) / (cos_n - 0.05 * t2), rel=1e-14)
+    assert back == pytest.approx(1.0 / (1.0 + 0.05 * (t1 - t2) / cos_n), abs=2.0 * 0.05**2)
+    for form in (coleman_type, buckingham_type):
+        assert form(pair, 0.05, "gear") == pytest.approx(back, abs=1e-6)

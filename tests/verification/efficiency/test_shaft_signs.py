@@ -1,12 +1,10 @@
 """Signs and sizes of the misalignment of an overhung pinion: tooth forces of the textbook, statics of its bearings.
 
 Nothing of the program's contact, frames or beams is used. A left-hand pinion that turns clockwise, seen from its back,
-drives with its concave flanks (as the driving member of Shigley's Mechanical Engineering Design, forces on bevel
-gears): thrust away from the apex, radial force away from the gear, tangential force against the motion of the teeth.
-In the frame of the docs, x along the pinion axis to the teeth, z along the gear axis to its teeth, y = z x x, the teeth
-in mesh stand above the pinion axis and move along +y: the force on them is (thrust, -tangential, -radial). On the
-convex flanks the tangential force turns round and the spiral pulls the pinion in. A right-hand pinion is the mirror
-image in y, and its E counts against y.
+drives with its concave flanks (Shigley's Mechanical Engineering Design, forces on bevel gears). In the frame of the
+docs, x along the pinion axis to the teeth, z along the gear axis to its teeth, the force on them is (thrust,
+-tangential, -radial). On the convex flanks the tangential force changes its direction and the spiral pulls the pinion
+in. A right-hand pinion is the mirror image in y, and its E counts against y.
 """
 
 import math
@@ -36,14 +34,8 @@ def of_hand(hand: str) -> Design:
 
 def overhung(hand: str) -> Design:
     """The pinion on a shaft too thick to bend, on two springs behind it."""
-    shaft: dict[str, Any] = {
-        "reference_point": MEAN,
-        "shaft_diameter": 1.0,
-        "bearings": [
-            {"position": NEAR, "radial": RADIAL_NEAR, "axial": AXIAL},
-            {"position": FAR, "radial": RADIAL_FAR},
-        ],
-    }
+    near, far = {"position": NEAR, "radial": RADIAL_NEAR, "axial": AXIAL}, {"position": FAR, "radial": RADIAL_FAR}
+    shaft: dict[str, Any] = {"reference_point": MEAN, "shaft_diameter": 1.0, "bearings": [near, far]}
     design = of_hand(hand)
     stiffness = validate(StiffnessInput, {"pinion": shaft}, "assembly.stiffness")
     return design.model_copy(update={"assembly": design.assembly.model_copy(update={"stiffness": stiffness})})
