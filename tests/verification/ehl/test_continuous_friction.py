@@ -13,7 +13,7 @@ from ehl.contact import Contact
 from ehl.material import Material
 from ehl.rough import RoughSurfaces, TransientResult, solve_transient
 from ehl.rough.accuracy import BUDGET, WORK
-from ehl.rough.dry_limit import dry_limit, flash_of_rubbing
+from ehl.rough.dry_limit import dry_limit, flash_of_rubbing, share_deficit
 from ehl.rough.mixed import OVER_CHANGE, film_stress_ratio, roughness_heights, roughness_matters
 from ehl.smooth.thermal import solve_smooth
 from ehl.surface.roughness import generate_profile
@@ -178,6 +178,15 @@ def test_dry_contact_instead_of_a_nil_film_changes_no_more_than_said(speed: floa
     assert quick.film_central == pytest.approx(full.film_central, rel=quick.film_error + 0.1)
     # the dry contact is one of plane strain: summits of two-dimensional roughness are stiffer
     assert quick.pressure_max == pytest.approx(full.pressure_max, rel=0.15 if peklenik > 100.0 else 0.35)
+
+
+def test_share_off_the_asperities_grows_with_film_lay_and_pressure() -> None:
+    base = share_deficit(0.04, 1.0, 15.0)
+    assert base == pytest.approx(0.01)
+    assert share_deficit(0.08, 1.0, 15.0) == pytest.approx(base * 2.0**1.5)
+    assert base < share_deficit(0.04, 3.0, 15.0) < share_deficit(0.04, 1e6, 15.0) == pytest.approx(0.12)
+    assert share_deficit(0.04, 1.0, 30.0) > base == share_deficit(0.04, 1.0 / 3.0, 5.0)
+    assert share_deficit(10.0, 1.0, 15.0) == 1.0
 
 
 def test_flash_of_rubbing_follows_the_power() -> None:
