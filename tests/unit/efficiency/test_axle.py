@@ -251,8 +251,8 @@ def test_command(mixed_ehl: Any, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_friction_outside_its_range_is_a_warning() -> None:
-    """At 117 kW the teeth of the pair are hotter than the data of the formula."""
-    hot = axle().at("250 N m", "4500 rpm", "90 degC")
+    """At 377 kW the teeth of the pair are hotter than the data of the formula."""
+    hot = axle().at("600 N m", "6000 rpm", "110 degC")
     assert hot.points[0].outside_range_share > 0.9
     assert sum("lies outside the range" in note for note in hot.notes) == 1
     assert not any("lies outside the range" in note for note in axle().at().notes)

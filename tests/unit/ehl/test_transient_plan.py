@@ -159,7 +159,7 @@ def test_a_contact_beyond_its_bound_is_shortened(monkeypatch: pytest.MonkeyPatch
 
 
 def test_a_light_load_on_a_thick_film_does_not_fly_apart() -> None:
-    """The macroscopic pressure carried 1.3 of the load, and films grew to metres; a tenth of the Rq gives 4.7 um."""
+    """The macroscopic pressure carried 1.3 of the load, and films grew to metres; smooth flanks have 5.6 um."""
     light = Contact(
         oil="75w90", temperature=298.15, pressure_hertz=0.2e9, radius_equivalent=80e-3, speed_entrainment=20.0,
         slide_to_roll=0.01, roughness_rms=1.2e-6, correlation_length=120e-6, peklenik_number=0.35, accuracy="fast",
@@ -168,7 +168,7 @@ def test_a_light_load_on_a_thick_film_does_not_fly_apart() -> None:
     result = light.solve()
     run = result.transient
     assert run.fallbacks.lagged + run.fallbacks.unconverged == 0
-    assert run.film_mean == pytest.approx(4.7e-6, rel=0.25)
+    assert run.film_mean == pytest.approx(5.6e-6, rel=0.25)
     assert run.friction_coefficient < 2.5e-4
     assert run.friction_error < 0.3
 
