@@ -8,7 +8,7 @@ The plans `gear`, `gear_mesh`, `gear_film`, `gear_fast`, `gear_uncertain`, `gear
 and `gear_paths` are solved for each oil, 4808 contacts or 40 minutes of processor time; results go to data/datasets and
 formulas to data/formulas. The last three check, the others are fitted.
 Without names all shipped oils are meant. A sweep is resumed from its folder in validation/out/sweeps; the fits take
-25 minutes of two cores.
+30 minutes of two cores.
 """
 
 from __future__ import annotations
