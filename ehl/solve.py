@@ -142,8 +142,8 @@ def _rough(
         skipped.append(f"film: {dry.note}")
         return _dry(smooth, dry, problem, thermal=thermal)
     try:
-        rolling = mixed.rolling_heat_of(smooth.heat, lubricant)
-        run = mixed.solve_mixed(problem, known, thermal=thermal, rolling_heat=rolling, window=window)
+        film_heat = mixed.film_heat_of(smooth.heat, problem.line, lubricant)
+        run = mixed.solve_mixed(problem, known, thermal=thermal, film_heat=film_heat, window=window)
     except ConvergenceError as error:
         return ContactResult("failed", error.reason, iterations=smooth.iterations)
     if run.status == "failed":

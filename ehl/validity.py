@@ -13,7 +13,7 @@ import numpy as np
 from ehl.common.units import KELVIN
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat.conduction import PECLET_FLOOR, peclet_number
-from ehl.heat.estimate import carried_shear_heat
+from ehl.heat.estimate import convection_error
 from ehl.inputs import ContactProblem
 from ehl.result import ContactResult
 from ehl.rough.mixed import SHEAR_STRENGTH
@@ -213,7 +213,7 @@ def _limits_of_oil(result: ContactResult, problem: ContactProblem) -> Iterator[L
 
 
 def _limits_of_heat(result: ContactResult, problem: ContactProblem) -> Iterator[Limit]:
-    """Neglected convection of heat, and simplified conduction."""
+    """Simplified convection and conduction of heat."""
     line, smooth, isothermal = problem.line, result.film, result.isothermal
     assert smooth is not None
     assert isothermal is not None
@@ -222,12 +222,12 @@ def _limits_of_heat(result: ContactResult, problem: ContactProblem) -> Iterator[
     share = result.friction_fluid / result.friction_coefficient if result.friction_coefficient > 0.0 else 0.0
     film = smooth.film_central
     thinning = film / isothermal.film_central
-    carried = carried_shear_heat(line, problem.lubricant, film, thinning)
+    carried = convection_error(line, problem.lubricant, film, thinning)
     note = ""
     if carried.friction_change > NOTED:
         note = (
-            f"convection of shear heat in the film is neglected (film Peclet number {carried.peclet_film:.2g}, film "
-            f"{thinning:.2g} of the isothermal one): it changes smooth friction by at most about "
+            f"convection of heat by a thick film is simplified (film Peclet number {carried.peclet_film:.2g}, film "
+            f"{thinning:.2g} of the isothermal one): smooth friction may be wrong by about "
             f"{100.0 * carried.friction_change:.2g} % and the smooth film by {100.0 * carried.film_change:.2g} %"
         )
     yield Limit(note, share * carried.friction_change, carried.film_change)

@@ -46,6 +46,7 @@ class Film:
     pressure: np.ndarray
     film: np.ndarray
     walls: np.ndarray
+    raised: np.ndarray  # rise by the heat of the pressure-driven flow
     stress: np.ndarray  # of the solver
     oil: Any
     sliding: float
@@ -60,8 +61,8 @@ class Film:
         return eyring, float(limit), float(self.oil.film_conductivity(p[0], self.oil.thermal_conductivity))
 
     def viscosity(self, i: int, temperature: np.ndarray) -> np.ndarray:
-        """eta at a node and some temperatures."""
-        return np.exp(self.oil.log_viscosity(np.full(temperature.size, self.pressure[i]), temperature))
+        """eta at a node and some temperatures without the rise by the pressure-driven flow."""
+        return np.exp(self.oil.log_viscosity(np.full(temperature.size, self.pressure[i]), temperature + self.raised[i]))
 
     def at_mid_film(self) -> np.ndarray:
         """Shear stress with local conduction and the viscosity at mid-film of the parabola."""
@@ -114,8 +115,8 @@ def film_of(result: Any) -> Film:
     walls = 0.5 * (heat.temperature_flash_1 + heat.temperature_flash_2)
     pressure, height = (np.interp(heat.x, result.film.x, of) for of in (result.film.pressure, result.film.film))
     oil = result.problem.lubricant
-    walls += heat.rolling_heat * height / (20.0 * oil.film_conductivity(pressure, oil.thermal_conductivity))
-    rows = (np.interp(x, heat.x, of) for of in (pressure, height, walls, heat.shear_stress))
+    raised = heat.rolling_heat * height / (20.0 * oil.film_conductivity(pressure, oil.thermal_conductivity))
+    rows = (np.interp(x, heat.x, of) for of in (pressure, height, walls, raised, heat.shear_stress))
     return Film(x, *rows, oil, line.speed_sliding, line.speed_entrainment)
 
 

@@ -2,4 +2,4 @@
 
 __version__ = "0.1.0"
 # increased if the results of a contact change by more than rounding
-SOLVER = f"ehl {__version__}, engine 10"
+SOLVER = f"ehl {__version__}, engine 11"

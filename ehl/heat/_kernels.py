@@ -38,6 +38,7 @@ LOG_STRESS_MIN = -300.0
 MOST_LOSS = 0.2  # per kelvin, of the slope of ln(eta) in temperature
 KEPT_MATRIX = 0.25  # a residual below this share of the one before: the matrix serves once more
 HALVINGS = 12
+FIRST_MODE = 96.0 / math.pi**4  # share of cos(pi y/h) in the mean rise of a film by even heat
 
 
 @njit(**INTERNAL_KERNEL)
@@ -158,11 +159,28 @@ def _slope(x, y, out):
     out[n - 1] = b / (a * (a + b)) * y[n - 3] - (a + b) / (a * b) * y[n - 2] + (2.0 * b + a) / (b * (a + b)) * y[n - 1]
 
 
+@njit(**INTERNAL_KERNEL)
+def _convected(x, freed, wall, length, capacity, out):
+    """Heat Q of a film that convects the heat q, between walls of changing temperature.
+
+    d(l Q)/dx = q - Q - C dT_w/dx with the capacity C = rho c u_r h* of the flow; exact for constant l, and q and T_w
+    linear over a cell.
+    """
+    stored, last = 0.0, length[0] * freed[0]
+    out[0] = 0.0
+    for i in range(1, x.size):
+        middle, step, steady = 0.5 * (length[i] + length[i - 1]), x[i] - x[i - 1], length[i] * freed[i]
+        lag = middle * (steady - last + capacity * (wall[i] - wall[i - 1])) / step
+        stored = steady - lag + (stored - last + lag) * math.exp(-step / middle)
+        last = steady
+        out[i] = stored / length[i]
+
+
 @kernel(**KERNEL)
 def flow_heat(x, pressure, film, density, length, speed):
-    """Heat of the pressure-driven flow where it reaches the walls: the film carries it along while it conducts.
+    """Heat of the pressure-driven flow where it reaches the walls: the film convects it while it conducts.
 
-    ``length`` l is that of d(l Q)/dx = q - Q. The gradient in the inlet is taken from ln p over ln|x|, since the
+    ``length`` is C h/(12 k) of `_convected`. The gradient in the inlet is taken from ln p over ln|x|, since the
     pressure there nears a power of x on a coarse mesh; what is left at the exit goes with the oil.
     """
     n = x.size
@@ -191,18 +209,13 @@ def flow_heat(x, pressure, film, density, length, speed):
         _slope(distance, log_pressure, power)
         for k in range(count):
             slope[inlet[k]] = pressure[inlet[k]] / x[inlet[k]] * power[k]
-    heat = np.zeros(n)
-    stored = 0.0
-    before = 0.0
+    heat = np.empty(n)
     for i in range(n):
         # the flow of this very mesh (density 1 at the exit): in the contact h - h* is a small difference
-        freed = max(speed * (film[i] - film[n - 1] / density[i]) * slope[i], 0.0)
-        if i > 0:
-            middle = 0.5 * (length[i] + length[i - 1])
-            decay = math.exp(-(x[i] - x[i - 1]) / middle)
-            stored = stored * decay + 0.5 * (freed + before) * middle * (1.0 - decay)
-        before = freed
-        heat[i] = stored / length[i] if pressure[i] > 0.0 else 0.0
+        slope[i] = max(speed * (film[i] - film[n - 1] / density[i]) * slope[i], 0.0)
+    _convected(x, slope, np.zeros(n), length, 0.0, heat)
+    for i in range(n):
+        heat[i] = heat[i] if pressure[i] > 0.0 else 0.0
     return heat
 
 
@@ -247,7 +260,9 @@ def conduct(matrix_1, matrix_2, conductance, factors, pivots, weights):
 # which ln(eta), its slope in temperature and the relative fall of this slope per kelvin are known, and by how much the
 # film temperature follows a change of the first two as that slope changes
 PRESSURE, LOG_RATE, RESISTANCE, SOURCE, RAISED, WALL, TANGENT, TEMPERATURE = range(8)
-LOG_ETA, BY_TEMPERATURE, LOSS, FOLLOWED, ROWS = range(8, 13)
+LOG_ETA, BY_TEMPERATURE, LOSS, FOLLOWED = range(8, 12)
+# of the convection of heat along the nodes: see `fill_convection`
+KEPT, HERE, BEFORE, LAGGED, ROWS = range(12, 17)
 
 
 class Film(NamedTuple):
@@ -259,6 +274,52 @@ class Film(NamedTuple):
     ambient: float  # limit that cuts the stress off: ambient + slope p; infinite slope for none
     slope: float
     rise: tuple[tuple[float, ...], ...]  # polynomials of `effective_rise`
+
+
+@kernel(**KERNEL)
+def fill_convection(nodes, x, length, wall, capacity):
+    """Rows of `conducted` for a film that convects its heat.
+
+    Conduction across the film in modes cos((2 n + 1) pi y/h). The first decays over C h/(pi^2 k) and has the share
+    `FIRST_MODE` of the mean rise by even heat; the others follow at once. ``length`` is C h/(12 k) as in `_convected`,
+    ``wall`` the mean surface temperature: the film lags behind its change.
+    """
+    nodes[KEPT, 0], nodes[HERE, 0], nodes[BEFORE, 0], nodes[LAGGED, 0] = 0.0, FIRST_MODE, 0.0, 0.0
+    for i in range(1, x.size):
+        middle, step = 6.0 / math.pi**2 * (length[i] + length[i - 1]), x[i] - x[i - 1]
+        left = math.exp(-step / middle)
+        lag, slimmer = middle * (1.0 - left) / step, length[i - 1] / length[i]
+        nodes[KEPT, i], nodes[HERE, i] = left * slimmer, FIRST_MODE * (1.0 - lag)
+        nodes[BEFORE, i] = FIRST_MODE * slimmer * (lag - left)
+        cooled = FIRST_MODE * math.pi**2 / 12.0 * capacity / length[i] * lag * (wall[i] - wall[i - 1])
+        nodes[LAGGED, i] = nodes[KEPT, i] * nodes[LAGGED, i - 1] - cooled
+
+
+@kernel(**KERNEL)
+def conducted(film, freed, heat):
+    """Fill ``heat``, whose local conduction gives the film the mean rise of the convected heat ``freed``."""
+    nodes, carried, before = film.nodes, 0.0, 0.0
+    for i in range(freed.size):
+        carried = nodes[KEPT, i] * carried + nodes[HERE, i] * freed[i] + nodes[BEFORE, i] * before
+        before = freed[i]
+        heat[i] = carried + (1.0 - FIRST_MODE) * freed[i] + nodes[LAGGED, i]
+
+
+@njit(**INTERNAL_KERNEL)
+def add_convection(film, i, response, heat, factor, row):
+    """Add to a row the derivatives by ln(tau) of ``factor`` times the `conducted` heat of node i.
+
+    ``response`` holds those of the first mode at the node before, and is moved to this one.
+    """
+    nodes = film.nodes
+    for j in range(i):
+        response[j] *= nodes[KEPT, i]
+    if i > 0:
+        response[i - 1] += nodes[BEFORE, i]
+    response[i] = nodes[HERE, i]
+    for j in range(i + 1):
+        row[j] += factor * response[j] * heat[j]
+    row[i] += factor * (1.0 - FIRST_MODE) * heat[i]
 
 
 @kernel(**KERNEL)
@@ -392,7 +453,7 @@ def heat_balance(
     """
     n, nodes = log_stress.size, film.nodes
     trial, stress, heat, work, value = rows[0], rows[1], rows[2], rows[3], rows[4]
-    slope, step, new_value, new_slope = rows[5], rows[6], rows[7], rows[8]
+    slope, step, new_value, new_slope, sheared = rows[5], rows[6], rows[7], rows[8], rows[9]
     for i in range(n):
         # the value and slope of nodes without pressure are never written
         trial[i], new_slope[i] = log_stress[i], 0.0
@@ -401,15 +462,17 @@ def heat_balance(
     # one place for each long function: put in at several, they would take twice as long to compile
     while True:
         for i in range(n):
-            stress[i] = math.exp(trial[i]) if nodes[PRESSURE, i] > 0.0 else 0.0
-            heat[i] = film.speed * stress[i] + nodes[SOURCE, i]
+            stress[i] = film.speed * math.exp(trial[i]) if nodes[PRESSURE, i] > 0.0 else 0.0
+        conducted(film, stress, sheared)
+        for i in range(n):
+            heat[i] = sheared[i] + nodes[SOURCE, i]
         wall_temperature(walls, heat, into_1, work, wall)
         new_norm = 0.0
         for i in range(n):
             wall[i] += nodes[RAISED, i]
             new_value[i] = 0.0
             if nodes[PRESSURE, i] > 0.0:
-                rise = nodes[RESISTANCE, i] * film.speed * stress[i]
+                rise = nodes[RESISTANCE, i] * sheared[i]
                 change = wall[i] - nodes[WALL, i] + (rise - nodes[TANGENT, i])
                 law, new_slope[i], log_eta[i] = film_stress(film, i, nodes[FOLLOWED, i] * change)
                 new_slope[i] *= nodes[FOLLOWED, i]
@@ -441,7 +504,7 @@ def heat_balance(
                 return False, matrices
             matrices += 1
             for i in range(n):
-                heat[i] = film.speed * math.exp(log_stress[i])
+                heat[i], work[i] = film.speed * math.exp(log_stress[i]), 0.0
             for i in range(n):
                 row, by_heat = matrix[i], -slope[i] * weights[i]
                 if surface.size > 0:
@@ -450,7 +513,8 @@ def heat_balance(
                 else:
                     for j in range(n):
                         row[j] = by_heat * (walls.matrix_1[i, j] + walls.matrix_2[i, j]) * heat[j]
-                row[i] += 1.0 - slope[i] * nodes[RESISTANCE, i] * heat[i]
+                add_convection(film, i, work, heat, -slope[i] * nodes[RESISTANCE, i], row)
+                row[i] += 1.0
             if not factored(matrix, pivots):
                 return False, matrices
         largest = 0.0
@@ -474,6 +538,16 @@ PATIENCE = 10  # matrices with the approximate conduction before the exact one i
 
 
 @njit(**INTERNAL_KERNEL)
+def even_rise(film, resistance, log_stress, work, rise):
+    """Rise q h/(8 k) of mid-film by the conducted heat of a stress."""
+    for i in range(resistance.size):
+        work[i] = film.speed * math.exp(log_stress[i]) if film.nodes[PRESSURE, i] > 0.0 else 0.0
+    conducted(film, work, rise)
+    for i in range(resistance.size):
+        rise[i] *= resistance[i]
+
+
+@njit(**INTERNAL_KERNEL)
 def prepare(walls, film, weights, resistance, work):
     """First ln(tau) and temperature of a film from a bounded stress; no heat where there is no pressure."""
     nodes = film.nodes
@@ -482,9 +556,10 @@ def prepare(walls, film, weights, resistance, work):
         nodes[RAISED, i] = MEAN_BY_FLOW * MID_FILM_BY_FLOW * resistance[i] * nodes[SOURCE, i]
         alone = weights[i] * (walls.matrix_1[i, i] + walls.matrix_2[i, i]) + resistance[i]
         bounded = min(work[EVEN, i], MOST_RISE / max(film.speed * alone, 1e-300))
-        work[EVEN, i] = film.speed * resistance[i] * bounded
         work[FIRST_LOG_STRESS, i] = math.log(max(bounded, 1e-130))
         work[LOG_STRESS, i] = work[FIRST_LOG_STRESS, i]
+    even_rise(film, resistance, work[LOG_STRESS], work[INTO_1], work[EVEN])
+    for i in range(resistance.size):
         nodes[TEMPERATURE, i] = work[SURFACE, i] + work[EVEN, i]
 
 
@@ -498,7 +573,7 @@ def balanced(walls, film, weights, exact, resistance, numbers, log_inlet, tolera
     """
     nodes, n = film.nodes, resistance.size
     even, wall, new_wall = work[EVEN], work[SURFACE], work[NEW_SURFACE]
-    matrix, pivots, rows = np.empty((n, n)), np.empty(n, np.int32), np.zeros((9, n))
+    matrix, pivots, rows = np.empty((n, n)), np.empty(n, np.int32), np.zeros((10, n))
     while True:
         stage = int(progress[0])
         if stage == BEGUN:
@@ -521,8 +596,7 @@ def balanced(walls, film, weights, exact, resistance, numbers, log_inlet, tolera
                 for i in range(n):
                     work[LOG_STRESS, i] = work[FIRST_LOG_STRESS, i]
                 return FAILED if exact.size > 0 else EXACT
-            for i in range(n):
-                work[NEW_EVEN, i] = film.speed * resistance[i] * math.exp(work[LOG_STRESS, i])
+            even_rise(film, resistance, work[LOG_STRESS], work[INTO_1], work[NEW_EVEN])
             warmed(film, resistance, new_wall, work[NEW_EVEN])
             progress[0] = SOLVED
         else:

@@ -38,12 +38,13 @@ class ThermalTraction:
     log_viscosity_offset: FloatArray
     log_flow_shares: FloatArray
     rolling_heat: FloatArray  # heat of the pressure-driven flow [W/m2]
+    shear_heat: FloatArray  # heat of the shear where it reaches the walls [W/m2]
     temperature_rise_rolling: FloatArray  # its part of the film temperature, rise of the surfaces included [K]
     friction_fluid: float  # integral of the shear stress over the load per length [-]
     # highest film and highest surface temperature [K]
     temperature_film_max: float
     temperature_flash: float
-    # |heat into both bodies - friction power|/friction power, with the power at the final temperatures [-]
+    # |heat into both bodies - power|/power, with the power into the walls at the final temperatures [-]
     energy_residual: float
     peclet_number: float  # the lower one of the two bodies [-]
     iterations: int  # Newton iterations
@@ -90,6 +91,16 @@ class Conducted:
 
 
 @dataclass(frozen=True)
+class Convection:
+    """Convection of heat by the film, for `film_temperature`."""
+
+    x: FloatArray  # nodes [m]
+    length: FloatArray  # C h/(12 k_f) [m], over which heat is conducted to the walls
+    capacity: float  # C, that of the flow, rho c u_r h* [W/(m K)]
+    surfaces: FloatArray  # mean surface temperature [K], behind whose change the film lags
+
+
+@dataclass(frozen=True)
 class FilmTemperature:
     """Shear stress and film temperature in balance at a given film; arrays on its nodes."""
 
@@ -98,7 +109,7 @@ class FilmTemperature:
     film: FloatArray
     stress: FloatArray  # shear stress [Pa]
     model: Film  # at the temperatures found
-    walls: FloatArray  # mean surface temperature [K]
+    walls: FloatArray  # mean surface temperature and rise by the heat of the pressure-driven flow [K]
     # as in `ThermalTraction`
     log_viscosity_offset: FloatArray
     log_flow_shares: FloatArray
@@ -116,6 +127,17 @@ class FilmTemperature:
     def rolling_heat(self) -> FloatArray:
         """Heat of the pressure-driven flow [W/m2]."""
         return np.asarray(self.model.nodes[_kernels.SOURCE])
+
+    @property
+    def surfaces(self) -> FloatArray:
+        """Mean surface temperature [K]."""
+        return np.asarray(self.walls - self.model.nodes[_kernels.RAISED])
+
+    def shear_heat(self, stress: FloatArray) -> FloatArray:
+        """Heat of a shear stress where it reaches the walls [W/m2]."""
+        heat = np.empty(stress.size)
+        _kernels.conducted(self.model, self.model.speed * stress, heat)
+        return heat
 
 
 # polynomials of `ehl.heat._kernels.effective_rise`, and of `along_share` and `across_share` there
@@ -160,14 +182,15 @@ def film_temperature(
     matrices: Matrices,
     *,
     rolling_heat: FloatArray,
+    convection: Convection | None = None,
     guess: tuple[FloatArray, FloatArray] | None = None,
     tolerance: float = 1e-9,
     max_iterations: int = 80,
 ) -> FilmTemperature:
     """Shear stress, film and surface temperatures of a steady contact whose pressure and film are given.
 
-    At each node tau = tau(p, h, T_film), T_film = (T1 + T2)/2 + `effective_rise` of tau |v_s| h/(8 k_f), with the
-    surface temperatures T_i = bulk + conduction of q_i and the heat divided by the conductance of the film. The
+    At each node tau = tau(p, h, T_film), T_film = (T1 + T2)/2 + `effective_rise` of q h/(8 k_f), with q = tau |v_s| or, with
+    convection, its `conducted` part, the surface temperatures T_i = bulk + conduction of q_i and the heat divided by the conductance of the film. The
     nonlocal balance is solved by one Newton iteration in ln tau, as a lagged temperature oscillates at high load and
     sliding.
 
@@ -179,6 +202,7 @@ def film_temperature(
     matrices (n, n): `surface_matrices` of the nodes. Cost grows as n^3: a few hundred nodes suffice.
     rolling_heat: heat of the pressure-driven flow, u_r (h - h*) dp/dx with h* = flow/density [W/m2]. Its source is near
         the walls: the rise is a quartic with q h/(16 k_f) at mid-film and the mean q h/(20 k_f).
+    convection: of the heat of the shear by the film; None: all heat is conducted to the walls where it arises.
     guess: initial stress and mean surface temperature.
     tolerance: on ln tau.
     """
@@ -191,6 +215,9 @@ def film_temperature(
     model = Film(nodes, speed, shear.numbers(1.0, 1.0, 1.0), shear.limit_ambient, cut, RISE)
     nodes[_kernels.PRESSURE], nodes[_kernels.SOURCE] = pressure, rolling_heat
     nodes[_kernels.LOG_RATE] = math.log(max(speed, 1e-300)) - np.log(film)
+    nodes[_kernels.KEPT :], nodes[_kernels.HERE] = 0.0, _kernels.FIRST_MODE
+    if convection is not None:
+        _kernels.fill_convection(nodes, convection.x, convection.length, convection.surfaces, convection.capacity)
     numbers = law.numbers if isinstance(law, ModulusLaw) else np.empty(0)
     stress, work[_kernels.SURFACE] = guess or (np.zeros(n), walls.mean)
     if not (stress > 0.0)[pressure > 0.0].all():
@@ -223,15 +250,15 @@ def traction_of(
     """Friction and surface temperatures of a film in layer."""
     speed, walls, bulk = contact.speed_sliding, found.conducted.walls, found.bulk
     temperature, rolling = found.temperature, found.rolling_heat
-    heat = speed * found.stress + rolling
+    heat = found.shear_heat(found.stress) + rolling
     flux_1, rise_1, rise_2 = _kernels.divided(walls, heat)
     flux_2, surface_1, surface_2 = heat - flux_1, bulk[0] + rise_1, bulk[1] + rise_2
     _, *rolling_rises = _kernels.divided(walls._replace(difference=0.0), rolling)
 
     # the power follows from the law at the final temperatures, so that the residual contains any imbalance
     final, width = _kernels.stresses(found.model), np.diff(x)
-    friction, sources, into = (0.5 * float(width @ (row[1:] + row[:-1])) for row in (final, rolling, flux_1 + flux_2))
-    power = speed * friction + sources
+    rows = final, found.shear_heat(final) + rolling, flux_1 + flux_2
+    friction, power, into = (0.5 * float(width @ (row[1:] + row[:-1])) for row in rows)
     residual = abs(into - power) / power if power > 0.0 else 0.0
     numbers = [
         peclet_number(u, contact.half_width, b) for u, b in zip((contact.speed_1, contact.speed_2), bodies, strict=True)
@@ -251,6 +278,7 @@ def traction_of(
         log_viscosity_offset=found.log_viscosity_offset,
         log_flow_shares=found.log_flow_shares,
         rolling_heat=rolling,
+        shear_heat=heat - rolling,
         temperature_rise_rolling=0.5 * sum(rolling_rises) + found.model.nodes[_kernels.RAISED],
         friction_fluid=friction / contact.load_per_length,
         temperature_film_max=float(temperature.max()),

@@ -178,6 +178,8 @@ MIN_STRESS_RATIO = 0.02
 REGULAR_WAVES = 1.15
 GAUSSIAN_HEIGHT = 6.0  # highest peak over deepest valley of a Gaussian profile of some sixty correlation lengths [Rq]
 ROLLING_EFFECT = 0.0075  # change of ln(viscosity) in the inlet that changes the film by 0.5 %
+CONVECTED = 0.005  # share of the heat of the shear
+SHARES = (0.05, 20.0)  # limits of the effect of convection, where little heat arises
 # tuned with validation/mixed_shortcuts.py: largest change of mu by roughness without asperity contact
 MAX_EFFECT_WITHOUT_CONTACT = 0.15
 SHEAR_STRENGTH = 1e9  # about the shear modulus of a glassy oil: a larger stress is an error of the shear law [Pa]
@@ -220,17 +222,25 @@ def film_stress_ratio(friction: float, contact: LineContact, lubricant: Lubrican
     return abs(friction) * float(pressure[0]) / stress
 
 
-def rolling_heat_of(heat: ThermalTraction | None, lubricant: Lubricant) -> tuple[FloatArray, FloatArray] | None:
-    """x [m] and heat of the pressure-driven flow [W/m2] of the smooth film; None where it is negligible.
+def film_heat_of(
+    heat: ThermalTraction | None, contact: LineContact, lubricant: Lubricant
+) -> tuple[FloatArray, FloatArray, FloatArray] | None:
+    """Heat in the smooth film: x [m], heat of the pressure-driven flow [W/m2], and effect of convection [-].
 
-    It is negligible if it changes ln(viscosity) at x < 0 by less than `ROLLING_EFFECT`. The film grows with the inlet
-    viscosity to the power of about 2/3.
+    The effect is the heat of the shear that reaches the walls over the heat that arises at the place. None if both are
+    negligible: the heat of the flow changes ln(viscosity) at x < 0 by less than `ROLLING_EFFECT` (the film grows with
+    the inlet viscosity to the power of about 2/3), and convection moves less than the share `CONVECTED` of the heat.
     """
     if heat is None:
         return None
     slope = lubricant.dlog_viscosity_dtemperature(np.zeros(1), np.array([lubricant.temperature]))
     rise = np.max(heat.temperature_rise_rolling[heat.x < 0.0], initial=0.0)
-    return (heat.x, heat.rolling_heat) if abs(float(slope[0])) * rise > ROLLING_EFFECT else None
+    freed = contact.speed_sliding * heat.shear_stress
+    moved, whole = (np.trapezoid(row, heat.x) for row in (np.abs(heat.shear_heat - freed), freed))
+    if not (abs(float(slope[0])) * rise > ROLLING_EFFECT or moved > CONVECTED * whole):
+        return None
+    share = np.divide(heat.shear_heat, freed, out=np.ones(freed.size), where=freed > 0.0)
+    return heat.x, heat.rolling_heat, np.clip(share, *SHARES)
 
 
 def rough_surfaces(surface: SurfaceInput, contact: LineContact) -> RoughSurfaces:
@@ -301,14 +311,14 @@ def solve_mixed(
     smooth: SmoothFriction,
     *,
     thermal: bool,
-    rolling_heat: tuple[FloatArray, FloatArray] | None = None,
+    film_heat: tuple[FloatArray, FloatArray, FloatArray] | None = None,
     window: float | None = None,
 ) -> TransientResult:
     """Run the transient solver for one contact.
 
     smooth: film and stress of the smooth contact.
     thermal: whether thermal effects are included.
-    rolling_heat: heat of the pressure-driven flow along x, of the smooth film (`rolling_heat_of`).
+    film_heat: heat in the smooth film along x (`film_heat_of`).
     window: averaging window [b]; default: until the interval of mu is reached.
     Returns: result of the solver. Roughness finer than the accurate mesh is first replaced by a subgrid film, which
     increases the boundary film by the height of the fine part. Its uncertainty is `subgrid_error`;
@@ -326,7 +336,7 @@ def solve_mixed(
         "hardness": problem.hardness,
         "materials": problem.bodies,
         "temperature_bulk": problem.temperature_bulk,
-        "rolling_heat": rolling_heat,
+        "film_heat": film_heat,
         "travel": window,
     }
     accurate, most = BUDGET[level_of(accuracy)]

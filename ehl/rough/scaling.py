@@ -60,7 +60,7 @@ class Settings:
     # bulk temperatures of both bodies with thermal effects [K]; default: the inlet temperature
     temperature_bulk: tuple[float, float] | None = None
     # x [m] and the heat of the pressure-driven flow there [W/m2]; default: none
-    rolling_heat: tuple[FloatArray, FloatArray] | None = field(default=None, repr=False, compare=False)
+    film_heat: tuple[FloatArray, FloatArray, FloatArray] | None = field(default=None, repr=False, compare=False)
     exchange_window: float = EXCHANGE_WINDOW  # travel per update of the macroscopic pressure [b]
 
 
@@ -187,11 +187,11 @@ def scaled_heat(
     settings: Settings,
     x: FloatArray,
 ) -> Heat:
-    """Thermal kernels of both surfaces for this time step, and the heat of the pressure-driven flow on the nodes."""
+    """Thermal kernels of both surfaces for this time step, and heat of flow and shear of the smooth film on the nodes."""
     bulk = bulk_temperatures(settings, lubricant)
     kernel = fit_root_kernel(HEAT_RANGE * range_of(x.size), HEAT_MODES)
     root = math.sqrt(units.time_step / math.pi)
-    given = settings.rolling_heat
+    nodes, (at, rolling, share) = x * units.half_width, settings.film_heat or (np.zeros(1), np.zeros(1), np.ones(1))
     weights = np.array([kernel.weights * root / m.thermal_effusivity for m in materials])
     return Heat(
         on=settings.thermal,
@@ -207,7 +207,8 @@ def scaled_heat(
         nodes_per_step_2=contact.speed_2 / contact.speed_entrainment,
         bulk_1=bulk[0] - lubricant.temperature,
         bulk_2=bulk[1] - lubricant.temperature,
-        rolling=np.zeros(x.size) if given is None else np.interp(x * units.half_width, *given, left=0.0, right=0.0),
+        rolling=np.interp(nodes, at, rolling, left=0.0, right=0.0),
+        share=np.interp(nodes, at, share, left=1.0, right=1.0),
     )
 
 

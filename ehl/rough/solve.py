@@ -70,7 +70,7 @@ def solve_transient(
     hardness: float = 8e9,
     materials: tuple[Material, Material] | None = None,
     temperature_bulk: tuple[float, float] | None = None,
-    rolling_heat: tuple[FloatArray, FloatArray] | None = None,
+    film_heat: tuple[FloatArray, FloatArray, FloatArray] | None = None,
     nodes: int | None = None,
     travel: float | None = None,
     boundary_study: bool | None = None,
@@ -91,9 +91,10 @@ def solve_transient(
     hardness: largest total pressure [Pa].
     materials: thermal properties of both bodies; default: steel.
     temperature_bulk: bulk temperatures of both bodies [K]; default: that of the oil.
-    rolling_heat: x [m], increasing, and the heat of the pressure-driven flow of the smooth film there [W/m2]
-        (`ThermalTraction.rolling_heat`), for `thermal`. It arises where the gap is many times the roughness and does
-        not depend on the rough film.
+    film_heat: x [m], increasing, and of the smooth film there the heat of the pressure-driven flow [W/m2] and the
+        effect of convection on that of the shear [-] (`ehl.rough.mixed.film_heat_of`), for `thermal`. The first arises
+        where the gap is many times the roughness, the second matters in thick films: both hardly depend on the rough
+        film.
     nodes: fixed number of nodes.
     travel: fixed window [b].
     boundary_study: True: compute mu at half and twice the boundary film even with accuracy "fast"; False: never.
@@ -126,7 +127,7 @@ def solve_transient(
         thermal,
         hardness,
         temperature_bulk=temperature_bulk,
-        rolling_heat=rolling_heat,
+        film_heat=film_heat,
         exchange_window=plan.exchange_window,
     )
     count = mesh_levels(plan, settings.nodes)

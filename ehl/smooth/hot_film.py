@@ -16,7 +16,7 @@ from ehl.common.arrays import FloatArray
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat._kernels import flow_heat
 from ehl.heat.conduction import Matrices, surface_matrices
-from ehl.heat.traction import FilmTemperature, film_temperature
+from ehl.heat.traction import Convection, FilmTemperature, film_temperature
 from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.smooth.continuation import HARD_NODES, features_of_level, grid_for, transfer
@@ -70,23 +70,25 @@ class HeatModel:
         return surface_matrices(level.x * self.contact.half_width, self.contact, self.bodies)
 
     def balance(
-        self, level: Level, matrices: Matrices, guess: tuple[FloatArray, FloatArray] | None, tolerance: float
+        self, level: Level, matrices: Matrices, guess: tuple[FloatArray, ...] | None, tolerance: float
     ) -> FilmTemperature:
-        """Heat balance with the film of a level."""
+        """Heat balance with the film of a level, from stress, `walls` and `surfaces` of an earlier one."""
         contact, lubricant, b = self.contact, self.lubricant, self.contact.half_width
         pressure = contact.pressure_hertz * np.maximum(level.unknowns.pressure, 0.0)
         film = b * b / contact.radius_equivalent * level.film
-        # d(l Q)/dx = q - Q with l = rho c u_r h* h/(12 k): the mean rise of a uniformly heated film is Q h/(12 k), and
-        # the flow u_r h* is constant. Behind the pressure spike of a thick, fast film q arises within a hundredth of
-        # l: with local conduction only the oil is heated by thousands of kelvin, with convection by a few kelvin
+        # the flow u_r h* is constant. Behind the pressure spike of a thick, fast film the heat
+        # of the flow arises within a hundredth of l: with local conduction only the oil is heated by thousands of
+        # kelvin, with convection by a few kelvin
         k_film = lubricant.film_conductivity(pressure, lubricant.thermal_conductivity)
         speed = contact.speed_entrainment
         capacity = lubricant.density * lubricant.heat_capacity * speed * film[-1]
         density = lubricant.density_ratio(pressure)
-        heat = flow_heat(level.x * b, pressure, film, density, capacity * film / (12.0 * k_film), speed)
+        x, length = level.x * b, capacity * film / (12.0 * k_film)
+        heat = flow_heat(x, pressure, film, density, length, speed)
+        surfaces = guess[2] if guess is not None else np.full(x.size, 0.5 * (self.bulk[0] + self.bulk[1]))
         return film_temperature(
-            pressure, film, k_film, contact, lubricant, self.bulk, matrices, rolling_heat=heat, guess=guess,
-            tolerance=tolerance,
+            pressure, film, k_film, contact, lubricant, self.bulk, matrices, rolling_heat=heat,
+            convection=Convection(x, length, capacity, surfaces), guess=guess and guess[:2], tolerance=tolerance,
         )  # fmt: skip
 
 
@@ -222,7 +224,7 @@ class HotFilm:
                 raise NewtonFailure("not_finite", 0)
             if not found.converged:
                 raise NewtonFailure("no_thermal_balance", 0)
-            guess = found.stress, found.walls
+            guess = found.stress, found.walls, found.surfaces
             mixer.follow(effects)
             heated = level.x
             try:
@@ -283,11 +285,11 @@ class HotFilm:
         self.iterations += level.iterations
         return level
 
-    def _guess_at(self, x: FloatArray) -> tuple[FloatArray, FloatArray] | None:
-        """Interpolated stress and surface temperature of the last heat balance."""
+    def _guess_at(self, x: FloatArray) -> tuple[FloatArray, ...] | None:
+        """Interpolated stress and surface temperatures of the last heat balance."""
         if self.found is None:
             return None
-        return np.interp(x, self.x, self.found.stress), np.interp(x, self.x, self.found.walls)
+        return tuple(np.interp(x, self.x, row) for row in (self.found.stress, self.found.walls, self.found.surfaces))
 
     def _matrices_of(self, level: Level) -> Matrices:
         stretch = level.unknowns.stretch

@@ -130,8 +130,10 @@ def solve_smooth(
         own = lubricant.log_viscosity(hot.found.pressure, hot.found.temperature)
         own -= math.log(lubricant.viscosity_inlet) + lubricant.log_viscosity_ratio(hot.found.pressure)
         heat = replace(heat, log_viscosity_offset=own)
-    friction, rolling = np.trapezoid(film.shear_stress, film.x), np.trapezoid(heat.rolling_heat, heat.x)
-    power = float(friction) * contact.speed_sliding + float(rolling)
+    # the share of the heat that reaches the walls is that of the heat balance
+    friction, *heats = (np.trapezoid(row, heat.x) for row in (heat.shear_stress, heat.shear_heat, heat.rolling_heat))
+    share = float(np.trapezoid(film.shear_stress, film.x) / friction) if friction > 0.0 else 1.0
+    power = float(heats[0]) * share + float(heats[1])
     into = float(np.trapezoid(heat.heat_flux_1 + heat.heat_flux_2, heat.x))
     return replace(
         base,

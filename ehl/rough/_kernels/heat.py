@@ -114,7 +114,7 @@ def shear_and_temperature(state, work, model):
     """Film shear stress everywhere; with heat on also film temperature, surface temperatures and fluxes.
 
     Partition by the conductance k_f/h of the film: q1 = q/2 + (k_f/h)(T2 - T1).  The film is warmer than the mean of
-    the surfaces by tau u_s h/(8 k_f) times the `rise_share` of the last step, which changes slowly, and by q h/(20 k_f)
+    the surfaces by f tau u_s h/(8 k_f) times the `rise_share` of the last step, which changes slowly, and by q h/(20 k_f)
     through the heat q of the pressure-driven flow, which is freed near the walls.  The shares of the mobilities are
     those of `ehl.heat.traction.flow_shares`.
     """
@@ -129,7 +129,7 @@ def shear_and_temperature(state, work, model):
         return
     rows = work.heat
     n = film.size
-    power = heat.pressure_unit * heat.speed
+    power = heat.pressure_unit * heat.speed  # of the shear the part `heat.share` reaches the walls of a node
     a1 = instant_rise(model, 0)
     a2 = instant_rise(model, 1)
     rise_1, rise_2 = state.surface_temperature[0], state.surface_temperature[1]
@@ -156,10 +156,11 @@ def shear_and_temperature(state, work, model):
         base[i] += MEAN_BY_FLOW * MID_FILM_BY_FLOW * rise
     for i in range(n):
         film_part = state.rise_share[i] * 0.125 / conductance[i]
-        resistance[i] = (resistance[i] + film_part) * power if p[i] > 0.0 else 0.0
+        resistance[i] = (resistance[i] + film_part) * power * heat.share[i] if p[i] > 0.0 else 0.0
     balanced_shear_row(rows, film, p, contact.boundary, fluid, state.temperature, state.shear)
     for i in range(n):
-        warmed = rows.decay[i] * (0.125 / conductance[i]) * power * state.shear[i] if p[i] > 0.0 else 0.0
+        even = heat.share[i] * power * state.shear[i]
+        warmed = rows.decay[i] * (0.125 / conductance[i]) * even if p[i] > 0.0 else 0.0
         state.rise_share[i] = rise_share(warmed)
         state.along_share[i] = along_share(warmed)
         state.across_share[i] = across_share(warmed)
@@ -168,16 +169,16 @@ def shear_and_temperature(state, work, model):
         by_flow = exp(flow_heat_share(MID_FILM_BY_FLOW * rows.decay[i] * rise))
         state.along_share[i] *= by_flow
         state.across_share[i] *= by_flow
-    share_heat(state, rows, power, a1, a2)
+    share_heat(state, rows, heat.share, power, a1, a2)
 
 
 @njit(**FAST_INTERNAL_KERNEL)
-def share_heat(state, rows, power, a1, a2):
+def share_heat(state, rows, share, power, a1, a2):
     """Split the heat between the surfaces and add its instant rise."""
     into_1, into_2 = state.flux_into[0], state.flux_into[1]
     rise_1, rise_2 = state.surface_temperature[0], state.surface_temperature[1]
     for i in range(into_1.size):
-        heat = state.shear[i] * power + rows.rub[i]
+        heat = share[i] * state.shear[i] * power + rows.rub[i]
         k = rows.conductance[i]
         crossing = k * (rows.jump[i] + 0.5 * (a2 - a1) * heat / (1.0 + k * (a1 + a2)))
         into_1[i] = 0.5 * heat + crossing

@@ -87,6 +87,7 @@ class Heat(NamedTuple):
     bulk_1: float  # bulk temperatures above the inlet's [K]
     bulk_2: float
     rolling: np.ndarray  # heat of the pressure-driven flow of the smooth film [W/m2]
+    share: np.ndarray  # effect of convection on the heat of the shear (`ehl.rough.mixed.film_heat_of`) [-]
 
 
 class SideFlow(NamedTuple):

@@ -13,6 +13,7 @@ from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
 from ehl.rough import solve_transient
 from ehl.rough._kernels.march import SHARE
+from ehl.rough.mixed import film_heat_of
 from ehl.smooth.solver import solve_steady
 from ehl.smooth.thermal import solve_smooth
 
@@ -111,7 +112,7 @@ def test_heat_agrees_with_the_steady_thermal_solver(
     conducts_like_the_transient_solver(monkeypatch)
     contact = line(speed, slip, pressure)
     steady = solve_smooth(contact, oil, (STEEL, STEEL), thermal="on")
-    rolling = (steady.heat.x, steady.heat.rolling_heat)
-    moving = solve_transient(contact, oil, nodes=300, thermal=True, rolling_heat=rolling)
+    film_heat = film_heat_of(steady.heat, contact, oil)
+    moving = solve_transient(contact, oil, nodes=300, thermal=True, film_heat=film_heat)
     assert moving.friction_coefficient == pytest.approx(steady.friction_fluid, rel=3e-3)
     assert moving.temperature_film_max == pytest.approx(steady.temperature_film_max, abs=0.5)

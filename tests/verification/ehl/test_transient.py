@@ -17,7 +17,7 @@ from ehl.line_contact import LineContact
 from ehl.rough import RoughSurfaces, solve_transient
 from ehl.rough._kernels.march import FILM_MEAN, FLASH_MAX, MU_FLUID, SHARE, STAGE, TEMPERATURE_MAX
 from ehl.rough._kernels.newton import UNCONVERGED
-from ehl.rough.mixed import SmoothFriction, solve_mixed
+from ehl.rough.mixed import SmoothFriction, film_heat_of, solve_mixed
 from ehl.rough.run import TransientRun
 from ehl.rough.scaling import rough_length
 from ehl.smooth.solver import solve_steady
@@ -206,9 +206,9 @@ def test_bulk_temperatures_of_both_bodies(monkeypatch: pytest.MonkeyPatch, slide
     bulk = (383.15, 343.15)
     steady = solve_smooth(contact, oil, (STEEL, STEEL), temperature_bulk=bulk, thermal="on")
     assert steady.status == "converged"
-    rolling = (steady.heat.x, steady.heat.rolling_heat)
+    film_heat = film_heat_of(steady.heat, contact, oil)
     scene = Scene(contact, oil, RoughSurfaces(), thermal=True)
-    last = roll(scene.run(100.0, temperature_bulk=bulk, rolling_heat=rolling), 7.1)[-1]
+    last = roll(scene.run(100.0, temperature_bulk=bulk, film_heat=film_heat), 7.1)[-1]
     assert last[MU_FLUID] == pytest.approx(steady.friction_fluid, rel=5e-4)
     assert last[TEMPERATURE_MAX] == pytest.approx(steady.temperature_film_max, abs=0.1)
     assert oil.temperature + last[FLASH_MAX] == pytest.approx(steady.temperature_flash, abs=0.1)

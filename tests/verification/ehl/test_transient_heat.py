@@ -18,7 +18,7 @@ from ehl.inputs import TOLERANCE
 from ehl.line_contact import LineContact
 from ehl.rough import RoughSurfaces, solve_transient
 from ehl.rough._kernels.march import HEAT_RATE, MU_FLUID, SHARE
-from ehl.rough.mixed import ROLLING_EFFECT, ROUGHNESS_EFFECT, ROUGHNESS_POWER, ROUGHNESS_RATIO, rolling_heat_of
+from ehl.rough.mixed import ROLLING_EFFECT, ROUGHNESS_EFFECT, ROUGHNESS_POWER, ROUGHNESS_RATIO, film_heat_of
 from ehl.rough.run import TransientRun
 from ehl.rough.scaling import Settings, build_problem
 from ehl.smooth.thermal import SmoothFilm, solve_smooth
@@ -97,7 +97,7 @@ def test_heat_into_the_surfaces_is_the_friction_power_and_that_of_the_flow(rms: 
     surfaces = RoughSurfaces(generate_profile(rms, 20e-6, 16.0 * line.half_width, 2e-6, 3) if rms > 0.0 else None)
     x = np.linspace(-3.0, 1.0, 41) * line.half_width
     flux = rolling * np.exp(-((x / line.half_width + 1.0) ** 2) / 0.1)
-    run, records = thermal_run(line, 200, 5.0, surfaces=surfaces, rolling_heat=(x, flux) if rolling else None)
+    run, records = thermal_run(line, 200, 5.0, surfaces=surfaces, film_heat=(x, flux, np.ones(x.size)) if rolling else None)
     model, units = run.problem.model, run.problem.units
     friction = records[:, MU_FLUID] - model.contact.wedge_shear / model.contact.full_load + 0.1 * records[:, SHARE]
     power = friction * line.load_per_length * line.speed_sliding + np.trapezoid(flux, x)
@@ -122,9 +122,9 @@ def test_fast_smooth_film_is_the_steady_thermal_one(
 ) -> None:
     line, lubricant = contact(speed, slide_to_roll, **SMALL), Oil.load(oil).at(273.15 + celsius)
     steady = solve_smooth(line, lubricant, (STEEL, STEEL), thermal="on")
-    rolling = rolling_heat_of(steady.heat, lubricant)
+    rolling = film_heat_of(steady.heat, line, lubricant)
     assert rolling is not None
-    moving = solve_transient(line, lubricant, nodes=640, travel=2.0, thermal=True, rolling_heat=rolling)
+    moving = solve_transient(line, lubricant, nodes=640, travel=2.0, thermal=True, film_heat=rolling)
     # without that heat the films of these four would be far thicker
     film = float(np.interp(0.0, moving.profiles.x, moving.profiles.film))
     assert film == pytest.approx(steady.film.film_central, rel=0.01)
@@ -137,8 +137,8 @@ def test_the_flow_heats_nothing_where_it_is_slow(monkeypatch: pytest.MonkeyPatch
     line, oil = contact(1.0, 0.3, **SMALL), Oil.load("75w90").at(353.15)
     steady = solve_smooth(line, oil, (STEEL, STEEL), thermal="on", accuracy="reference")
     assert 0.0 < steady.heat.temperature_rise_rolling.max() < ROLLING_EFFECT / 0.02
-    assert rolling_heat_of(steady.heat, oil) is None
-    assert rolling_heat_of(None, oil) is None
+    assert film_heat_of(steady.heat, line, oil) is None
+    assert film_heat_of(None, line, oil) is None
     # and what is left out changes the film by less than half a per cent
     without_flow_heat(monkeypatch)
     without = solve_smooth(line, oil, (STEEL, STEEL), thermal="on", accuracy="reference")
