@@ -4,9 +4,9 @@
     python validation/shipped_formulas.py --fit        # from the data that are there
     python validation/shipped_formulas.py 75w90 --check  # tables alone
 
-The plans `gear`, `gear_mesh`, `gear_film`, `gear_fast`, `gear_uncertain`, `gear_hot`, `gear_noise`, `gear_hot_noise`
-and `gear_paths` are solved for each oil, 4808 contacts or 40 minutes of processor time; results go to data/datasets and
-formulas to data/formulas. The last three check, the others are fitted.
+The plans `gear`, `gear_mesh`, `gear_film`, `gear_fast`, `gear_uncertain`, `gear_hot`, `gear_rapid`, `gear_noise`,
+`gear_hot_noise` and `gear_paths` are solved for each oil, 5000 contacts or 40 minutes of processor time; results go to
+data/datasets and formulas to data/formulas. The last three check, the others are fitted.
 Without names all shipped oils are meant. A sweep is resumed from its folder in validation/out/sweeps; the fits take
 30 minutes of two cores.
 """
@@ -33,9 +33,9 @@ from regression.fitting.rows import checkable_rows, computed_friction, expected_
 from regression.friction.conditions import conditions_of
 
 OILS = ("75w90", "fva3", "eaxle", "80w90", "pao220", "pg_0_1")
-KINDS = ("", "_mesh", "_noise", "_paths", "_film", "_fast", "_uncertain", "_hot", "_hot_noise")
+KINDS = ("", "_mesh", "_noise", "_paths", "_film", "_fast", "_uncertain", "_hot", "_hot_noise", "_rapid")
 EVEN = ("", "_mesh", "_film", "_fast", "_hot")  # spread evenly over their ranges
-FITTED = (*EVEN, "_uncertain")
+FITTED = (*EVEN, "_uncertain", "_rapid")
 CHECKS = {"_noise": "noise", "_hot_noise": "noise", "_paths": "paths"}  # never fitted, with their name in the tables
 PROFILES = {"_paths": 4}  # of each contact of a table, whose mean is the expected value; plans name their own
 DATA = Path("data")

@@ -1,4 +1,4 @@
-"""Closed-form estimates of the thermal effect on friction (``thermal = "auto"``) and of errors of convection in the film."""
+"""Closed-form estimates of the thermal effect on friction (``thermal = "auto"``) and of errors of convection."""
 
 import math
 from dataclasses import dataclass, replace

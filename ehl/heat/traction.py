@@ -39,6 +39,7 @@ class ThermalTraction:
     log_flow_shares: FloatArray
     rolling_heat: FloatArray  # heat of the pressure-driven flow [W/m2]
     shear_heat: FloatArray  # heat of the shear where it reaches the walls [W/m2]
+    lag_heat: FloatArray  # of it what a change of the surface temperature causes, behind which the film lags [W/m2]
     temperature_rise_rolling: FloatArray  # its part of the film temperature, rise of the surfaces included [K]
     friction_fluid: float  # integral of the shear stress over the load per length [-]
     # highest film and highest surface temperature [K]
@@ -189,10 +190,10 @@ def film_temperature(
 ) -> FilmTemperature:
     """Shear stress, film and surface temperatures of a steady contact whose pressure and film are given.
 
-    At each node tau = tau(p, h, T_film), T_film = (T1 + T2)/2 + `effective_rise` of q h/(8 k_f), with q = tau |v_s| or, with
-    convection, its `conducted` part, the surface temperatures T_i = bulk + conduction of q_i and the heat divided by the conductance of the film. The
-    nonlocal balance is solved by one Newton iteration in ln tau, as a lagged temperature oscillates at high load and
-    sliding.
+    At each node tau = tau(p, h, T_film), T_film = (T1 + T2)/2 + `effective_rise` of q h/(8 k_f), with q = tau |v_s| or,
+    with convection, its `conducted` part, the surface temperatures T_i = bulk + conduction of q_i and the heat divided
+    by the conductance of the film. The nonlocal balance is solved by one Newton iteration in ln tau, as a lagged
+    temperature oscillates at high load and sliding.
 
     pressure, film (n,): fluid pressure [Pa] and film thickness [m]; there is no heat where the pressure is zero.
     conductivity (n,): k_f of the film [W/(m K)].
@@ -248,7 +249,7 @@ def traction_of(
     found: FilmTemperature, x: FloatArray, contact: LineContact, bodies: tuple[Material, Material]
 ) -> ThermalTraction:
     """Friction and surface temperatures of a film in layer."""
-    speed, walls, bulk = contact.speed_sliding, found.conducted.walls, found.bulk
+    walls, bulk = found.conducted.walls, found.bulk
     temperature, rolling = found.temperature, found.rolling_heat
     heat = found.shear_heat(found.stress) + rolling
     flux_1, rise_1, rise_2 = _kernels.divided(walls, heat)
@@ -279,6 +280,7 @@ def traction_of(
         log_flow_shares=found.log_flow_shares,
         rolling_heat=rolling,
         shear_heat=heat - rolling,
+        lag_heat=found.model.nodes[_kernels.LAGGED],
         temperature_rise_rolling=0.5 * sum(rolling_rises) + found.model.nodes[_kernels.RAISED],
         friction_fluid=friction / contact.load_per_length,
         temperature_film_max=float(temperature.max()),

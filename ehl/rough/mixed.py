@@ -179,7 +179,6 @@ REGULAR_WAVES = 1.15
 GAUSSIAN_HEIGHT = 6.0  # highest peak over deepest valley of a Gaussian profile of some sixty correlation lengths [Rq]
 ROLLING_EFFECT = 0.0075  # change of ln(viscosity) in the inlet that changes the film by 0.5 %
 CONVECTED = 0.005  # share of the heat of the shear
-SHARES = (0.05, 20.0)  # limits of the effect of convection, where little heat arises
 # tuned with validation/mixed_shortcuts.py: largest change of mu by roughness without asperity contact
 MAX_EFFECT_WITHOUT_CONTACT = 0.15
 SHEAR_STRENGTH = 1e9  # about the shear modulus of a glassy oil: a larger stress is an error of the shear law [Pa]
@@ -224,10 +223,11 @@ def film_stress_ratio(friction: float, contact: LineContact, lubricant: Lubrican
 
 def film_heat_of(
     heat: ThermalTraction | None, contact: LineContact, lubricant: Lubricant
-) -> tuple[FloatArray, FloatArray, FloatArray] | None:
-    """Heat in the smooth film: x [m], heat of the pressure-driven flow [W/m2], and effect of convection [-].
+) -> tuple[FloatArray, ...] | None:
+    """Heat in the smooth film along x [m]: of the pressure-driven flow and convected [W/m2], and kept there [-].
 
-    The effect is the heat of the shear that reaches the walls over the heat that arises at the place. None if both are
+    The heat convected to a place is the excess of the heat that reaches the walls over the heat of the shear, and
+    `ThermalTraction.lag_heat`. Elsewhere a share of the heat of the shear reaches the walls: it is kept. None if all is
     negligible: the heat of the flow changes ln(viscosity) at x < 0 by less than `ROLLING_EFFECT` (the film grows with
     the inlet viscosity to the power of about 2/3), and convection moves less than the share `CONVECTED` of the heat.
     """
@@ -239,8 +239,9 @@ def film_heat_of(
     moved, whole = (np.trapezoid(row, heat.x) for row in (np.abs(heat.shear_heat - freed), freed))
     if not (abs(float(slope[0])) * rise > ROLLING_EFFECT or moved > CONVECTED * whole):
         return None
-    share = np.divide(heat.shear_heat, freed, out=np.ones(freed.size), where=freed > 0.0)
-    return heat.x, heat.rolling_heat, np.clip(share, *SHARES)
+    into = heat.shear_heat - heat.lag_heat
+    kept = np.divide(into, freed, out=np.ones(freed.size), where=freed > into)
+    return heat.x, heat.rolling_heat, heat.lag_heat + np.maximum(into - freed, 0.0), kept
 
 
 def rough_surfaces(surface: SurfaceInput, contact: LineContact) -> RoughSurfaces:
@@ -311,7 +312,7 @@ def solve_mixed(
     smooth: SmoothFriction,
     *,
     thermal: bool,
-    film_heat: tuple[FloatArray, FloatArray, FloatArray] | None = None,
+    film_heat: tuple[FloatArray, ...] | None = None,
     window: float | None = None,
 ) -> TransientResult:
     """Run the transient solver for one contact.

@@ -60,7 +60,7 @@ class Settings:
     # bulk temperatures of both bodies with thermal effects [K]; default: the inlet temperature
     temperature_bulk: tuple[float, float] | None = None
     # x [m] and the heat of the pressure-driven flow there [W/m2]; default: none
-    film_heat: tuple[FloatArray, FloatArray, FloatArray] | None = field(default=None, repr=False, compare=False)
+    film_heat: tuple[FloatArray, ...] | None = field(default=None, repr=False, compare=False)
     exchange_window: float = EXCHANGE_WINDOW  # travel per update of the macroscopic pressure [b]
 
 
@@ -187,11 +187,13 @@ def scaled_heat(
     settings: Settings,
     x: FloatArray,
 ) -> Heat:
-    """Thermal kernels of both surfaces for this time step, and heat of flow and shear of the smooth film on the nodes."""
+    """Thermal kernels of both surfaces for this time step, and heat in the smooth film on the nodes."""
     bulk = bulk_temperatures(settings, lubricant)
     kernel = fit_root_kernel(HEAT_RANGE * range_of(x.size), HEAT_MODES)
     root = math.sqrt(units.time_step / math.pi)
-    nodes, (at, rolling, share) = x * units.half_width, settings.film_heat or (np.zeros(1), np.zeros(1), np.ones(1))
+    at, *heats, kept = settings.film_heat or (*np.zeros((3, 1)), np.ones(1))
+    nodes = x * units.half_width
+    rolling, convected = (np.interp(nodes, at, heat, left=0.0, right=0.0) for heat in heats)
     weights = np.array([kernel.weights * root / m.thermal_effusivity for m in materials])
     return Heat(
         on=settings.thermal,
@@ -207,8 +209,9 @@ def scaled_heat(
         nodes_per_step_2=contact.speed_2 / contact.speed_entrainment,
         bulk_1=bulk[0] - lubricant.temperature,
         bulk_2=bulk[1] - lubricant.temperature,
-        rolling=np.interp(nodes, at, rolling, left=0.0, right=0.0),
-        share=np.interp(nodes, at, share, left=1.0, right=1.0),
+        rolling=rolling,
+        convected=convected,
+        kept=np.interp(nodes, at, kept, left=1.0, right=1.0),
     )
 
 

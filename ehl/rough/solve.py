@@ -70,7 +70,7 @@ def solve_transient(
     hardness: float = 8e9,
     materials: tuple[Material, Material] | None = None,
     temperature_bulk: tuple[float, float] | None = None,
-    film_heat: tuple[FloatArray, FloatArray, FloatArray] | None = None,
+    film_heat: tuple[FloatArray, ...] | None = None,
     nodes: int | None = None,
     travel: float | None = None,
     boundary_study: bool | None = None,
@@ -91,10 +91,9 @@ def solve_transient(
     hardness: largest total pressure [Pa].
     materials: thermal properties of both bodies; default: steel.
     temperature_bulk: bulk temperatures of both bodies [K]; default: that of the oil.
-    film_heat: x [m], increasing, and of the smooth film there the heat of the pressure-driven flow [W/m2] and the
-        effect of convection on that of the shear [-] (`ehl.rough.mixed.film_heat_of`), for `thermal`. The first arises
-        where the gap is many times the roughness, the second matters in thick films: both hardly depend on the rough
-        film.
+    film_heat: heat in the smooth film (`ehl.rough.mixed.film_heat_of`), for `thermal`. That of the pressure-driven flow
+        arises where the gap is many times the roughness, and convection matters in thick films: both hardly depend on
+        the rough film.
     nodes: fixed number of nodes.
     travel: fixed window [b].
     boundary_study: True: compute mu at half and twice the boundary film even with accuracy "fast"; False: never.

@@ -114,9 +114,9 @@ def shear_and_temperature(state, work, model):
     """Film shear stress everywhere; with heat on also film temperature, surface temperatures and fluxes.
 
     Partition by the conductance k_f/h of the film: q1 = q/2 + (k_f/h)(T2 - T1).  The film is warmer than the mean of
-    the surfaces by f tau u_s h/(8 k_f) times the `rise_share` of the last step, which changes slowly, and by q h/(20 k_f)
-    through the heat q of the pressure-driven flow, which is freed near the walls.  The shares of the mobilities are
-    those of `ehl.heat.traction.flow_shares`.
+    the surfaces by q h/(8 k_f) times the `rise_share` of the last step, which changes slowly, with the convected part q
+    of tau u_s, and by q h/(20 k_f) through the heat q of the pressure-driven flow, which is freed near the walls.  The
+    shares of the mobilities are those of `ehl.heat.traction.flow_shares`.
     """
     heat = model.heat
     fluid = model.fluid
@@ -129,7 +129,7 @@ def shear_and_temperature(state, work, model):
         return
     rows = work.heat
     n = film.size
-    power = heat.pressure_unit * heat.speed  # of the shear the part `heat.share` reaches the walls of a node
+    power = heat.pressure_unit * heat.speed
     a1 = instant_rise(model, 0)
     a2 = instant_rise(model, 1)
     rise_1, rise_2 = state.surface_temperature[0], state.surface_temperature[1]
@@ -143,7 +143,7 @@ def shear_and_temperature(state, work, model):
     for i in range(n):
         jump[i] = (rise_2[i] - rise_1[i]) / (1.0 + conductance[i] * (a1 + a2))
     for i in range(n):
-        rub[i] = contact.friction * c[i] * power + heat.rolling[i]
+        rub[i] = contact.friction * c[i] * power + heat.rolling[i] + heat.convected[i]
     for i in range(n):
         # rise of the surfaces' mean per unit of heat: T_s = rise_s + a_s q_s
         share = conductance[i] / (1.0 + conductance[i] * (a1 + a2))
@@ -155,11 +155,12 @@ def shear_and_temperature(state, work, model):
         rise = 0.125 * heat.rolling[i] / conductance[i] if conductance[i] > 0.0 else 0.0
         base[i] += MEAN_BY_FLOW * MID_FILM_BY_FLOW * rise
     for i in range(n):
-        film_part = state.rise_share[i] * 0.125 / conductance[i]
-        resistance[i] = (resistance[i] + film_part) * power * heat.share[i] if p[i] > 0.0 else 0.0
+        film_part = state.rise_share[i] * 0.125 / conductance[i] if p[i] > 0.0 else 0.0
+        base[i] += film_part * heat.convected[i]
+        resistance[i] = (resistance[i] + film_part) * power * heat.kept[i] if p[i] > 0.0 else 0.0
     balanced_shear_row(rows, film, p, contact.boundary, fluid, state.temperature, state.shear)
     for i in range(n):
-        even = heat.share[i] * power * state.shear[i]
+        even = heat.kept[i] * power * state.shear[i] + heat.convected[i]
         warmed = rows.decay[i] * (0.125 / conductance[i]) * even if p[i] > 0.0 else 0.0
         state.rise_share[i] = rise_share(warmed)
         state.along_share[i] = along_share(warmed)
@@ -169,16 +170,16 @@ def shear_and_temperature(state, work, model):
         by_flow = exp(flow_heat_share(MID_FILM_BY_FLOW * rows.decay[i] * rise))
         state.along_share[i] *= by_flow
         state.across_share[i] *= by_flow
-    share_heat(state, rows, heat.share, power, a1, a2)
+    share_heat(state, rows, heat.kept, power, a1, a2)
 
 
 @njit(**FAST_INTERNAL_KERNEL)
-def share_heat(state, rows, share, power, a1, a2):
+def share_heat(state, rows, kept, power, a1, a2):
     """Split the heat between the surfaces and add its instant rise."""
     into_1, into_2 = state.flux_into[0], state.flux_into[1]
     rise_1, rise_2 = state.surface_temperature[0], state.surface_temperature[1]
     for i in range(into_1.size):
-        heat = share[i] * state.shear[i] * power + rows.rub[i]
+        heat = kept[i] * state.shear[i] * power + rows.rub[i]
         k = rows.conductance[i]
         crossing = k * (rows.jump[i] + 0.5 * (a2 - a1) * heat / (1.0 + k * (a1 + a2)))
         into_1[i] = 0.5 * heat + crossing

@@ -87,7 +87,10 @@ class Heat(NamedTuple):
     bulk_1: float  # bulk temperatures above the inlet's [K]
     bulk_2: float
     rolling: np.ndarray  # heat of the pressure-driven flow of the smooth film [W/m2]
-    share: np.ndarray  # effect of convection on the heat of the shear (`ehl.rough.mixed.film_heat_of`) [-]
+    # of the smooth film (`ehl.rough.mixed.film_heat_of`): heat convected to a node [W/m2], and share of the heat of the
+    # shear that is kept there [-]
+    convected: np.ndarray
+    kept: np.ndarray
 
 
 class SideFlow(NamedTuple):

@@ -97,7 +97,9 @@ def test_heat_into_the_surfaces_is_the_friction_power_and_that_of_the_flow(rms: 
     surfaces = RoughSurfaces(generate_profile(rms, 20e-6, 16.0 * line.half_width, 2e-6, 3) if rms > 0.0 else None)
     x = np.linspace(-3.0, 1.0, 41) * line.half_width
     flux = rolling * np.exp(-((x / line.half_width + 1.0) ** 2) / 0.1)
-    run, records = thermal_run(line, 200, 5.0, surfaces=surfaces, film_heat=(x, flux, np.ones(x.size)) if rolling else None)
+    run, records = thermal_run(
+        line, 200, 5.0, surfaces=surfaces, film_heat=(x, flux, 0.0 * x, 0.0 * x + 1.0) if rolling else None
+    )
     model, units = run.problem.model, run.problem.units
     friction = records[:, MU_FLUID] - model.contact.wedge_shear / model.contact.full_load + 0.1 * records[:, SHARE]
     power = friction * line.load_per_length * line.speed_sliding + np.trapezoid(flux, x)
