@@ -3,10 +3,11 @@
     python -m validation film_heat
 
 The solver takes the viscosity at the effective temperature of a film of exponential viscosity (docs/heat.md) and
-conducts the heat of shear to the walls where it is freed. Here rho c u(z) dT/dx = k d2T/dz2 + tau dv/dz is marched
-along x by finite differences, with one shear stress across the film and the viscosity of each layer. The viscosity at
-mid-film of a parabola, which many programs use, is compared as well. What the heat of the pressure-driven flow adds to
-the film temperature is added to that of the surfaces.
+convects the heat of the shear in the first mode of conduction across the film. Here
+rho c u(z) dT/dx = k d2T/dz2 + tau dv/dz is marched along x by finite differences, with one shear stress across the film
+and the viscosity of each layer. The same equation without convection and, for the latter, the viscosity at mid-film of
+a parabola, which many programs use, are compared as well. The rise by the heat of the pressure-driven flow is that of
+the solver.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from scipy.linalg import solve_banded
 from scipy.optimize import brentq
 
 import ehl
+from ehl.heat.estimate import convection_error
 
 LAYERS, TURNS, FINER = 31, 20, 3
 # oil, temperature, pressure, radius, entrainment [m/s], slide-to-roll ratio
@@ -35,6 +37,11 @@ CASES = (
     ("75w90", "90 degC", "1.2 GPa", "15 mm", 5.0, 0.3),
     ("fva3", "90 degC", "1.5 GPa", "15 mm", 3.0, 0.4),
     ("minr", "80 degC", "1 GPa", "9 mm", 1.0, 0.4),
+    ("minr", "64 degC", "0.42 GPa", "15 mm", 12.7, 0.1),
+    ("fva3", "83 degC", "0.65 GPa", "15 mm", 45.0, 0.07),
+    ("75w90", "40 degC", "0.6 GPa", "15 mm", 30.0, 0.5),
+    ("eaxle", "40 degC", "0.8 GPa", "15 mm", 60.0, 1.0),
+    ("75w90", "20 degC", "0.6 GPa", "15 mm", 40.0, 1.0),
 )
 
 
@@ -61,7 +68,7 @@ class Film:
         return eyring, float(limit), float(self.oil.film_conductivity(p[0], self.oil.thermal_conductivity))
 
     def viscosity(self, i: int, temperature: np.ndarray) -> np.ndarray:
-        """eta at a node and some temperatures without the rise by the pressure-driven flow."""
+        """eta at a node and some temperatures, to which the rise by the pressure-driven flow is added."""
         return np.exp(self.oil.log_viscosity(np.full(temperature.size, self.pressure[i]), temperature + self.raised[i]))
 
     def at_mid_film(self) -> np.ndarray:
@@ -100,7 +107,7 @@ class Film:
                 heat = tau[i] * self.sliding / self.film[i] * fluidity / weights / fluidity.sum()
                 band, right = np.zeros((3, LAYERS)), carried * temperature + heat
                 band[0, 2:], band[1], band[2, :-2] = -through, carried + 2.0 * through, -through
-                band[1, [0, -1]], right[[0, -1]] = 1.0, self.walls[i]
+                band[1, [0, -1]], right[[0, -1]] = through, through * self.walls[i]
                 now = 0.5 * (now + solve_banded((1, 1), band, right))
             temperature = now
         return tau
@@ -130,15 +137,18 @@ def main(argv: Sequence[str] | None = None) -> None:
             speed_entrainment=speed, slide_to_roll=slip,
         ).solve()  # fmt: skip
         film = film_of(result)
+        line, reduction = result.problem.line, result.film.film_central / result.isothermal.film_central
+        convection = convection_error(line, result.problem.lubricant, result.film.film_central, reduction)
         mid, solver, local, whole = (
             float(np.trapezoid(tau, film.x))
             for tau in (film.at_mid_film(), film.stress, film.across(False), film.across(True))
         )
         row = {
             "oil": oil, "temperature": temperature, "pressure": pressure, "speed": speed, "slide_to_roll": slip,
-            "mu": round(result.friction_coefficient, 5), "mid-film over across [%]": 100.0 * (mid / local - 1.0),
-            "solver over across [%]": 100.0 * (solver / local - 1.0),
-            "convection [%]": 100.0 * (whole / local - 1.0),
+            "mu": round(result.friction_coefficient, 5), "Peclet number": round(convection.peclet_film, 3),
+            "solver over across [%]": 100.0 * (solver / whole - 1.0),
+            "without convection [%]": 100.0 * (local / whole - 1.0),
+            "mid-film over across without convection [%]": 100.0 * (mid / local - 1.0),
         }  # fmt: skip
         print("  ".join(f"{v:.2f}" if isinstance(v, float) and name != "mu" else str(v) for name, v in row.items()))
         rows.append(row)

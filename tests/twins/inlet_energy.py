@@ -67,22 +67,27 @@ def gradient(
 
 
 def flow_rises(
-    x: np.ndarray, film: np.ndarray, heat: np.ndarray, rolling: float, capacity: float, conductivity: float
-) -> np.ndarray:
-    """Rise by the heat of the pressure-driven flow with convection: its mean, and with the weight 12 (y/h)^2.
+    x: np.ndarray, film: np.ndarray, heat: np.ndarray, rolling: float, capacity: float, conductivity: float,
+    wall: np.ndarray | None = None,
+) -> np.ndarray:  # fmt: skip
+    """Rise above the walls by heat with convection: its mean, and with the weight 12 (y/h)^2.
 
-    rho c u dT/dx = k d2T/dy2 + 12 (q/h) (y/h)^2, with the parabolic velocity of the flow and no reversed flow.
+    rho c u dT/dx = k d2T/dy2 + 12 (q/h) (y/h)^2 for the heat of the pressure-driven flow, with the parabolic velocity
+    of the flow and no reversed flow. With a temperature of the walls: even heat q/h and even velocity.
     """
     y = np.linspace(-0.5, 0.5, LAYERS)
+    even, wall = wall is not None, np.zeros(x.size) if wall is None else wall
     weights = np.full(LAYERS, y[1] - y[0])
     weights[[0, -1]] *= 0.5
     rise, found = np.zeros(LAYERS), np.zeros((x.size, 2))
     for i in range(1, x.size):
-        speed = np.maximum(rolling * (1.0 - 1.5 * (1.0 - film[-1] / film[i]) * (1.0 - 4.0 * y**2)), 0.0)
+        back = 1.5 * (1.0 - film[-1] / film[i]) * (1.0 - 4.0 * y**2)
+        speed = np.full(LAYERS, rolling * film[-1] / film[i]) if even else np.maximum(rolling * (1.0 - back), 0.0)
         carried, through = capacity * speed / (x[i] - x[i - 1]), conductivity / (film[i] * (y[1] - y[0])) ** 2
-        band, right = np.zeros((3, LAYERS)), carried * rise + 12.0 * heat[i] / film[i] * y**2
+        band = np.zeros((3, LAYERS))
+        right = carried * (rise + wall[i - 1] - wall[i]) + heat[i] / film[i] * (1.0 if even else 12.0 * y**2)
         band[0, 2:], band[1], band[2, :-2] = -through, carried + 2.0 * through, -through
-        band[1, [0, -1]], right[[0, -1]] = 1.0, 0.0
+        band[1, [0, -1]], right[[0, -1]] = through, 0.0  # of the size of the others, or rows are exchanged
         rise = solve_banded((1, 1), band, right)
         found[i] = weights @ rise, 12.0 * weights @ (y**2 * rise)
     return found

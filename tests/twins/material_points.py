@@ -49,6 +49,11 @@ def at_mid_film(monkeypatch: Any) -> None:
     monkeypatch.setattr(ehl.heat.traction, "SHARES", (((1.0,), (1.0,)),) * 2)
 
 
+def without_convection(monkeypatch: Any) -> None:
+    """Let the steady heat balance conduct the heat of the shear to the walls where it arises."""
+    monkeypatch.setattr(ehl.smooth.hot_film, "Convection", lambda *rows: None)
+
+
 def without_flow_heat(monkeypatch: Any) -> None:
     """Let the steady heat balance leave out the heat of the pressure-driven flow."""
     monkeypatch.setattr(ehl.smooth.hot_film, "flow_heat", lambda x, *others: np.zeros_like(x))

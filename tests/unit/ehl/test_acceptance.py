@@ -103,7 +103,7 @@ def test_no_friction_of_asperities_without_sliding() -> None:
     assert case(contact=lengthwise, surface=rough, model=fast).solve().friction_asperity > 0.0
 
 
-def test_shear_heat_carried_along_is_told_where_heat_thins_the_film() -> None:
+def test_simplified_convection_is_noted_where_heat_thins_the_film() -> None:
     """A slow film gets the floor of the estimate; beyond 2 % of friction a note names it and the Peclet number."""
     oil = {"oil": "fva3", "temperature_oil": 303.15}
     fast = {"radius_equivalent": 0.02, "pressure_hertz": 8e8, "speed_entrainment": 14.0, "slide_to_roll": 1.0}
@@ -111,7 +111,7 @@ def test_shear_heat_carried_along_is_told_where_heat_thins_the_film() -> None:
     slow = fast | {"speed_entrainment": 2.0, "slide_to_roll": 0.1}
     found = [case(contact=each, lubricant=oil, model={"accuracy": "fast"}).solve() for each in (fast, slow)]
     assert all(result.status == "converged" and result.heat is not None for result in found)
-    (note,), none = ([note for note in result.notes if "shear heat" in note] for result in found)
+    (note,), none = ([note for note in result.notes if "convection of heat" in note] for result in found)
     assert none == []
     assert "film Peclet number 0." in note
     result = found[0]

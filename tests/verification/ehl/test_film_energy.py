@@ -10,8 +10,9 @@ from twins.inlet_energy import flow_rises, gradient
 
 from ehl.fluid._kernels import log_mobility
 from ehl.fluid.lubricant import FilmConductivity, Lubricant
-from ehl.heat._kernels import flow_heat
-from ehl.heat.traction import FilmTemperature, film_temperature, flow_shares
+from ehl.heat import _kernels
+from ehl.heat._kernels import Film, flow_heat
+from ehl.heat.traction import RISE, FilmTemperature, film_temperature, flow_shares
 
 RADIUS, GAP, ROLLING = 15e-3, 1.2e-6, 5.0
 
@@ -121,3 +122,26 @@ def test_heat_of_the_flow_with_convection(gap: float, rolling: float) -> None:
     inside = (pressure > 0.01e9) & (pressure < 0.1e9)
     np.testing.assert_allclose(mine[inside] / 20.0, mean[inside], rtol=0.04)
     np.testing.assert_allclose(mine[inside] / 28.0, flow[inside], rtol=0.1)
+
+
+@pytest.mark.parametrize(("length", "tolerance"), [(0.3, 0.003), (3.0, 0.015)])
+def test_convected_heat_of_the_shear(length: float, tolerance: float) -> None:
+    """Even heat in a Hertz contact and its inlet, walls that get warmer; ``length`` C h/(12 k) in half-widths."""
+    half, k, capacity = 0.2e-3, 0.27, 1.8e6
+    x = np.linspace(-3.0, 1.0, 3001) * half
+    film = 1e-6 * (1.0 + np.maximum(-x / half - 1.0, 0.0) ** 1.5)
+    heat = 5e7 * np.exp(-4.0 * np.maximum(-x / half - 1.0, 0.0)) * (1.2 + np.sin(3.0 * x / half))
+    wall = 8.0 / (1.0 + np.exp(-4.0 * x / half))
+    rolling = length * 12.0 * k * half / (capacity * film[-1] ** 2)
+    mean = flow_rises(x, film, heat, rolling, capacity, k, wall)[:, 0]
+    coarse = np.concatenate([np.linspace(0, 1500, 41), np.linspace(1500, 3000, 61)[1:]]).astype(int)
+    nodes, found = np.zeros((_kernels.ROWS, coarse.size)), np.empty(coarse.size)
+    flow = capacity * rolling * film[-1]
+    lengths = flow * film[coarse] / (12.0 * k)
+    _kernels.fill_convection(nodes, x[coarse], lengths, wall[coarse], flow)
+    model = Film(nodes, 1.0, hot_oil().shear_law.numbers(1.0, 1.0, 1.0), 0.0, math.inf, RISE)
+    _kernels.conducted(model, heat[coarse], found)
+    inside = x[coarse] > -half
+    rise, local = (q * film[coarse] / (12.0 * k) for q in (found, heat[coarse]))
+    np.testing.assert_allclose(rise[inside], mean[coarse][inside], rtol=0.0, atol=tolerance * local.max())
+    assert np.abs(local - mean[coarse])[inside].max() > 20.0 * tolerance * local.max()

@@ -10,7 +10,7 @@ from contacts import BEARING_STEEL as STEEL
 from contacts import gear_range
 from contacts import hot_oil as oil
 from contacts import line_contact as contact
-from twins.material_points import at_mid_film, conducts_like_the_transient_solver, without_flow_heat
+from twins.material_points import at_mid_film, conducts_like_the_transient_solver, without_convection, without_flow_heat
 
 from ehl.contact import Contact
 from ehl.fluid.lubricant import FilmConductivity
@@ -45,6 +45,7 @@ PROTOTYPE = [
 def test_against_an_independent_transient_program_run_to_steady_state(monkeypatch, row):
     conducts_like_the_transient_solver(monkeypatch)
     without_flow_heat(monkeypatch)
+    without_convection(monkeypatch)
     at_mid_film(monkeypatch)
     alpha, pressure, speed, slide, cold, hot, film, flash = row
     line = contact(pressure_hertz=pressure * 1e9, speed_entrainment=speed, slide_to_roll=slide)
