@@ -76,6 +76,10 @@ class CalibrationRecord(InputModel):
     conditions: dict[str, tuple[float, float]]
     surface: dict[str, float] = Field(default_factory=dict)
 
+    def __hash__(self) -> int:
+        """Of the data, as tables have no hash: a card is a key of caches."""
+        return hash((self.file_hash, self.card, self.date))
+
 
 class Oil(InputModel, Reportable):
     """An oil card (`data/oils/*.toml`), with source and certainty of each value in the file.

@@ -105,7 +105,8 @@ def expected_rows(frame: pd.DataFrame) -> pd.DataFrame:
     frame: usable rows of a dataset, sorted by key.
     Returns: the first row of each point with its outputs replaced by means, with the columns `realisations`, the number
     of profiles, and `noise_variance`, the variance of ln mu: the scatter of single profiles in the band of lambda over
-    their number, or `statistical_variance` without repeated points.
+    their number, or `statistical_variance` without repeated points. Errors are root mean squares over the profiles; the
+    part of the time means is independent between them and decreases with the root of their number.
     """
     columns = list(dict.fromkeys(_SAME))
     group = frame.groupby(columns, dropna=False, sort=False).ngroup().to_numpy()
@@ -117,8 +118,11 @@ def expected_rows(frame: pd.DataFrame) -> pd.DataFrame:
         return rows.assign(realisations=1, noise_variance=statistical_variance(rows))
     means = frame[[name for name in _AVERAGED if name in frame]].groupby(group, sort=False).mean()
     rows[means.columns] = means.to_numpy()
-    width = frame["statistical_error"].fillna(0.0).pow(2).groupby(group, sort=False).mean().to_numpy()
-    rows["statistical_error"] = np.sqrt(width / count)
+    statistical = frame["statistical_error"].fillna(0.0).pow(2)
+    # of the mesh and the model, common to all profiles; nan if no profile has an error
+    common = (frame["friction_error"].pow(2) - statistical).clip(lower=0.0).groupby(group, sort=False).mean().to_numpy()
+    independent = statistical.groupby(group, sort=False).mean().to_numpy() / count
+    rows["friction_error"], rows["statistical_error"] = np.sqrt(common + independent), np.sqrt(independent)
     place = np.searchsorted(_SCATTER_EDGES, scatter["film_ratio"].to_numpy(dtype=float), side="right")
     squared = scatter["single"].to_numpy(dtype=float) ** 2
     band = np.full(len(_SCATTER_EDGES) + 1, float(squared.mean()))
