@@ -96,7 +96,6 @@ _READ: dict[str, tuple[tuple[float, str], ...]] = {
         (1e-10, "Å angstrom angstroms"),
     ),
     "m^2": ((1.0, "m2"), (1e-4, "cm2"), (1e-6, "mm2")),
-    "1/m": ((1.0, "1/m"),),
     "m/s": (
         (1.0, "mps"),
         (1e-3, "mm/s"),
