@@ -37,6 +37,7 @@ from regression.fitting.rows import (
     measured_noise,
     own_rows,
     realisation_scatter,
+    rms,
     usable_rows,
 )
 from regression.friction.conditions import UNITS, Array
@@ -72,8 +73,8 @@ def _errors(mu: Array, predicted: Array) -> dict[str, Any]:
     return {
         "count": len(mu),
         "r2": _r2(mu, predicted),
-        "rmse": _rms(predicted - mu),
-        "rmse_log": _rms(np.log(predicted / mu)),
+        "rmse": rms(predicted - mu),
+        "rmse_log": rms(np.log(predicted / mu)),
         "mape": float(np.mean(size)),
         "p95": float(np.quantile(size, 0.95)),
         "largest": float(size.max()),
@@ -107,10 +108,6 @@ def bands(
     return tuple(result)
 
 
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))
-
-
 def interval_of(
     frame: pd.DataFrame,
     error: Array,
@@ -135,7 +132,7 @@ def interval_of(
     if folds is not None:
         covered = covered_by_other_folds(ratio, score, folds)
         widths = tuple(
-            band.model_copy(update={"coverage": float(covered[_inside(band, ratio)].mean())}) for band in widths
+            band.model_copy(update={"coverage": float(covered[band.holds(ratio)].mean())}) for band in widths
         )
     outer = error if extrapolated is None or extrapolated.sum() < _MIN_IN_BAND else error[extrapolated]
     return ErrorInterval(
@@ -161,10 +158,6 @@ def _band_widths(ratio: Array, error: Array) -> tuple[WidthBand, ...]:
     return tuple(widths)
 
 
-def _inside(band: WidthBand, ratio: Array) -> NDArray[np.bool_]:
-    return np.asarray((ratio >= band.low) & (True if band.high is None else ratio < band.high))
-
-
 def covered_by_other_folds(ratio: Array, error: Array, folds: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Whether each held-out error lies within the width of its band from the errors of the other folds."""
     covered = np.zeros(len(error), dtype=bool)
@@ -172,7 +165,7 @@ def covered_by_other_folds(ratio: Array, error: Array, folds: NDArray[np.int64])
         held = folds == number
         width = np.full(len(error), conformal_width(error[~held], INTERVAL_LEVEL))
         for band in _band_widths(ratio[~held], error[~held]):
-            width[_inside(band, ratio)] = band.log_width
+            width[band.holds(ratio)] = band.log_width
         covered[held] = error[held] <= width[held]
     return covered
 
@@ -191,7 +184,7 @@ def ratio_of_means(form: FittedForm, frame: pd.DataFrame, held_out: HeldOut, rep
     frame: the fitted rows.
     repeated: points with several profiles, not fitted; fewer than 20 give 1.
     """
-    means = expected_rows(repeated) if len(repeated) else repeated
+    means = expected_rows(repeated)
     if len(means) < _MIN_IN_BAND:
         return 1.0
     error = np.abs(np.log(held_out.mu / computed_friction(frame)))
@@ -210,7 +203,7 @@ def noise_floor(frame: pd.DataFrame) -> float:
     """
     deviation = frame["friction_error"].to_numpy(dtype=float) / NORMAL_90
     deviation = deviation[np.isfinite(deviation)]
-    return _rms(deviation) if deviation.size else 0.0
+    return rms(deviation) if deviation.size else 0.0
 
 
 def fit_formula(
@@ -327,16 +320,18 @@ def fit_formula(
     on_paths = kept_rows(dataset, "path")
     if paths is not None:
         on_paths = pd.concat([on_paths, checkable_rows(paths.frame)], ignore_index=True)
-    on_paths = on_paths[own_rows(on_paths, oil)]
-    if len(on_paths):
-        on_paths = expected_rows(on_paths)
-    corner_rows = kept_rows(dataset, "corner")
-    corner_rows = corner_rows[own_rows(corner_rows, oil)]
+    unseen = on_paths[:0] if noise is None else _never_fitted(dataset, noise.frame)
+    others = (kept_rows(dataset, "corner"), on_paths, unseen)
+    at_corners, on_paths, unseen = (frame[own_rows(frame, oil)].reset_index(drop=True) for frame in others)
+    (of_corners, _), (of_paths, _), (of_unseen, unseen_bands) = (
+        checked_scores(formula, rows) for rows in (at_corners, expected_rows(on_paths), expected_rows(unseen))
+    )
     return formula.model_copy(
         update={
-            "corners": None if corners else checked_scores(formula, corner_rows),
-            "paths": checked_scores(formula, on_paths),
-            **({} if noise is None else _unseen_errors(formula, _never_fitted(dataset, noise.frame), oil)),
+            "corners": None if corners else of_corners,
+            "paths": of_paths,
+            "unseen": of_unseen,
+            "unseen_bands": unseen_bands,
         }
     )
 
@@ -426,39 +421,26 @@ def _with_noise(error: Array, spread: Array | None) -> tuple[float, Array | None
     return noise, np.hypot(spread, noise)
 
 
-def checked_scores(formula: FittedFormula, frame: pd.DataFrame) -> Scores | None:
+def checked_scores(formula: FittedFormula, frame: pd.DataFrame) -> tuple[Scores | None, tuple[Band, ...]]:
     """Errors at cases that were not fitted, with the coverage of the interval and the share of extrapolated cases.
 
-    None if there are no cases or the formula has no value at one of them.
+    Returns: errors of all cases, and by film ratio; none if there are no cases or the formula has no value at one.
     """
     if frame.empty:
-        return None
+        return None, ()
     value = formula.evaluate(columns(frame))
     if np.isnan(value.mu).any():
-        return None
+        return None, ()
     mu = computed_friction(frame)
     covered = (value.lower <= mu) & (mu <= value.upper)
     extrapolated = formula.extrapolation(columns(frame)) >= CloudDistance.NEAR
-    return scores(frame, value.mu, coverage=float(covered.mean()), extrapolated=float(extrapolated.mean()))
+    by_film = tuple(band for band in bands(frame, value.mu, covered) if band.variable == "film_ratio")
+    return scores(frame, value.mu, coverage=float(covered.mean()), extrapolated=float(extrapolated.mean())), by_film
 
 
 def _never_fitted(dataset: Dataset, repeated: pd.DataFrame) -> pd.DataFrame:
     """Usable rows with other cases than those of a dataset."""
     return checkable_rows(repeated[~repeated["key"].isin(dataset.frame["key"])])
-
-
-def _unseen_errors(formula: FittedFormula, repeated: pd.DataFrame, oil: str | None) -> dict[str, object]:
-    """Errors of the means over the profiles of points that were not fitted, total and by film ratio."""
-    rows = repeated[own_rows(repeated, oil)].reset_index(drop=True)
-    means = expected_rows(rows) if len(rows) else rows
-    found = checked_scores(formula, means)
-    if found is None:
-        return {}
-    value = formula.evaluate(columns(means))
-    mu = computed_friction(means)
-    covered = (value.lower <= mu) & (mu <= value.upper)
-    by_film = [band for band in bands(means, value.mu, covered) if band.variable == "film_ratio"]
-    return {"unseen": found, "unseen_bands": tuple(by_film)}
 
 
 def _rounded_range(values: Array) -> tuple[float, float]:

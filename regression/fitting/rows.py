@@ -68,15 +68,15 @@ def measured_noise(scatter: pd.DataFrame) -> NoiseFloor | None:
                     low=edges[number - 1] if number > 0 else None,
                     high=edges[number] if number < len(edges) else None,
                     count=len(inside),
-                    single=_rms(inside["single"]),
-                    mean=_rms(inside["mean"]),
+                    single=rms(inside["single"]),
+                    mean=rms(inside["mean"]),
                 )
             )
     return NoiseFloor(
         points=len(scatter),
         realisations=float(scatter["realisations"].mean()),
-        single=_rms(scatter["single"]),
-        mean=_rms(scatter["mean"]),
+        single=rms(scatter["single"]),
+        mean=rms(scatter["mean"]),
         bands=tuple(bands),
     )
 
@@ -111,7 +111,7 @@ def expected_rows(frame: pd.DataFrame) -> pd.DataFrame:
     columns = list(dict.fromkeys(_SAME))
     group = frame.groupby(columns, dropna=False, sort=False).ngroup().to_numpy()
     first = ~pd.Series(group).duplicated().to_numpy()
-    count = np.bincount(group)[group[first]] if len(frame) else np.zeros(0)
+    count = np.bincount(group)[group[first]]
     rows = frame[first].reset_index(drop=True)
     scatter = realisation_scatter(frame)
     if scatter.empty:
@@ -133,7 +133,8 @@ def expected_rows(frame: pd.DataFrame) -> pd.DataFrame:
     return rows.assign(realisations=count, noise_variance=single / count)
 
 
-def _rms(values: pd.Series[float] | NDArray[np.float64]) -> float:
+def rms(values: pd.Series[float] | NDArray[np.float64]) -> float:
+    """Root mean square."""
     return float(np.sqrt(np.mean(np.asarray(values, dtype=float) ** 2)))
 
 
