@@ -321,8 +321,8 @@ def fit_formula(
     if paths is not None:
         on_paths = pd.concat([on_paths, checkable_rows(paths.frame)], ignore_index=True)
     unseen = on_paths[:0] if noise is None else _never_fitted(dataset, noise.frame)
-    others = (kept_rows(dataset, "corner"), on_paths, unseen)
-    at_corners, on_paths, unseen = (frame[own_rows(frame, oil)].reset_index(drop=True) for frame in others)
+    not_fitted = (kept_rows(dataset, "corner"), on_paths, unseen)
+    at_corners, on_paths, unseen = (rows[own_rows(rows, oil)].reset_index(drop=True) for rows in not_fitted)
     (of_corners, _), (of_paths, _), (of_unseen, unseen_bands) = (
         checked_scores(formula, rows) for rows in (at_corners, expected_rows(on_paths), expected_rows(unseen))
     )
