@@ -116,6 +116,11 @@ def _brief(value: float, digits: int) -> str:
     return (mantissa.rstrip("0").rstrip(".") if "." in mantissa else mantissa) + mark + exponent
 
 
+def plus_minus(error: float) -> str:
+    """A relative error in per cent."""
+    return f"±\N{NO-BREAK SPACE}{100.0 * error:.2g} %" if math.isfinite(error) else "unknown"
+
+
 def printed_unit(unit: str) -> str:
     """A unit in plain characters: ``Pa s`` for ``Pa*s``."""
     return unit.replace("*", " ")

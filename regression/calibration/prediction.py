@@ -13,7 +13,6 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import compress
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -201,10 +200,6 @@ def _parts(result: ContactResult) -> tuple[float, float, float]:
     return result.friction_fluid, result.asperity_load_share, result.friction_error
 
 
-def _solve_task(task: tuple[Any, ...]) -> tuple[FloatArray, tuple[FrozenFilm | None, ...], tuple[float | None, ...]]:
-    return solve_group(*task)
-
-
 def solve_group(
     group: ContactGroup,
     sets: Sequence[tuple[Sequence[Lubricant], Mapping[str, float]]],
@@ -299,7 +294,7 @@ class FrictionSolver:
             inputs = list(zip(lubricants, surfaces, strict=True))
             windows = tuple(self.windows.get(row) for row in group.rows) if self.windows else ()
             tasks.append((group, inputs, self.setup.model, bodies, windows))
-        found = list(run_tasks(tasks, _solve_task, jobs=self.jobs))
+        found = list(run_tasks(tasks, lambda task: solve_group(*task), jobs=self.jobs))
         for group, (parts, films, windows) in zip(groups, found, strict=True):
             new = {row: window for row, window in zip(group.rows, windows, strict=True) if window is not None}
             self.windows = new | self.windows
@@ -361,10 +356,14 @@ class Surrogate:
         """Logarithms of the fitted values at the centre, shape (k,)."""
         return np.log([self.values[name] for name in self.names])
 
+    def values_at(self, log_values: FloatArray) -> dict[str, float]:
+        """Values of all parameters with other logarithms of the fitted ones."""
+        return {**self.values, **dict(zip(self.names, map(float, np.exp(log_values)), strict=True))}
+
     def at(self, log_values: FloatArray) -> FloatArray:
         """mu of all rows, shape (n,)."""
         step = log_values - self.log_values
-        values = {**self.values, **dict(zip(self.names, np.exp(log_values), strict=True))}
+        values = self.values_at(log_values)
         change = self.solver.held(values, self.films) - self.held if self.moving else 0.0
         return self.solver.friction(self.centre + change + self.slopes @ step, values)
 

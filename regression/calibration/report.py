@@ -13,7 +13,7 @@ import numpy as np
 from ehl import SOLVER
 from ehl.common.figures import new_figure
 from ehl.common.notes import Note
-from ehl.common.quantities import axis_label, quantity, to_display
+from ehl.common.quantities import axis_label, plus_minus, quantity, to_display
 from ehl.common.sections import Head, KeyFigures, MainResult, Medium, Notes, Picture, Section, Text
 from ehl.common.table import Column, Table
 from ehl.fluid.oil import CalibratedValue, CalibrationRecord, Oil
@@ -205,7 +205,7 @@ def calibration_sections(result: Calibration, medium: Medium) -> list[Section]:
     answer = MainResult(
         f"{len(tiles)} of {len(result.parameters)}",
         "parameters determined by these data",
-        [misfit, (_share(result.solver_error), "largest numerical error of the solver")],
+        [misfit, (plus_minus(result.solver_error), "largest numerical error of the solver")],
     )
     curves = Picture(lambda: plot_calibration(result), CAPTION, "curves")
     return [
@@ -233,10 +233,6 @@ def _lines(result: Calibration) -> list[str]:
 
 def _cost(result: Calibration) -> str:
     return f"{result.solver_calls} contacts solved in {result.iterations} rounds, {result.seconds:.1f} s"
-
-
-def _share(value: float) -> str:
-    return f"±\N{NO-BREAK SPACE}{100.0 * value:.2g} %" if math.isfinite(value) else "unknown"
 
 
 def _notes(result: Calibration) -> list[Note]:

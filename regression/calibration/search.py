@@ -175,7 +175,7 @@ def best_start(
             found = minimise(surrogate, target, scale, START_REGION, start=start)
             tried.append((robust.loss(target.residuals(surrogate.at(found)) / scale), tuple(found)))
         _, goal = min(tried)
-        there = {**best, **dict(zip(names, map(float, np.exp(goal)), strict=True))}
+        there = surrogate.values_at(np.array(goal))
         mu = solver.friction(solver.transformed(solver.parts([there], target.rows)[0]), there)
         loss = robust.loss(target.residuals(mu) / scale)
         if not loss < least:
@@ -219,7 +219,7 @@ def search(solver: FrictionSolver, values: dict[str, float], names: tuple[str, .
             surrogate, fresh = surrogate_at(solver, surrogate.values, names, target.rows), True
             region, gained = max(region, 0.1), np.inf
             continue
-        moved = {**surrogate.values, **dict(zip(names, map(float, np.exp(goal)), strict=True))}
+        moved = surrogate.values_at(goal)
         parts = solver.transformed(solver.parts([moved], target.rows)[0])
         trial = surrogate.moved(moved, parts)
         there = target.residuals(trial.at(goal))
