@@ -53,7 +53,7 @@ class InputError(MixedEhlError, ValueError):
     ) -> None:
         self.field, self.value, self.allowed, self.hint = field, value, allowed, hint
         self.also = tuple(problem for error in also for problem in error.problems)
-        super().__init__(str(self))
+        super().__init__(field, value, allowed, hint, self.also)
 
     @property
     def problems(self) -> tuple[InputError, ...]:
@@ -86,9 +86,6 @@ class InputError(MixedEhlError, ValueError):
         else:
             sentence = f"{field} = {_shown(self.value)} cannot be used; allowed: {allowed}."
         return f"{sentence} {_one_line(self.hint, 2000)}" if self.hint else sentence
-
-    def __reduce__(self) -> tuple[type[InputError], tuple[object, ...]]:
-        return (type(self), (self.field, self.value, self.allowed, self.hint, self.also))
 
 
 def same_name(name: str, known: Iterable[str]) -> str:
@@ -136,12 +133,9 @@ class ConvergenceError(MixedEhlError):
 
     def __init__(self, reason: str, detail: str = "") -> None:
         self.reason, self.detail = reason, detail
-        super().__init__(str(self))
+        super().__init__(reason, detail)
 
     def __str__(self) -> str:
         from ehl.common.data import reason_text  # reads data with the errors of this module
 
         return f"{reason_text(self.reason)} ({self.reason})" + (f": {self.detail}" if self.detail else "")
-
-    def __reduce__(self) -> tuple[type[ConvergenceError], tuple[str, str]]:
-        return (type(self), (self.reason, self.detail))

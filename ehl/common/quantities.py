@@ -6,7 +6,7 @@ Table heads, plot axes, units in files and the page docs/nomenclature.md use the
 import csv
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -108,6 +108,12 @@ def rounded(value: float, digits: int) -> float:
     if value == 0.0 or not math.isfinite(value):
         return value
     return round(value, digits - 1 - math.floor(math.log10(abs(value))))
+
+
+def rounded_towards(value: float, towards: Callable[[float], int]) -> float:
+    """A number rounded to three digits by `math.floor` or `math.ceil`."""
+    digit = 10.0 ** (math.floor(math.log10(abs(value))) - 2) if value else 1.0
+    return float(f"{towards(value / digit) * digit:.3g}")
 
 
 def _brief(value: float, digits: int) -> str:

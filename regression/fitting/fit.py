@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ehl.common.arrays import finite_or_none
 from ehl.common.errors import ConvergenceError, InputError, MixedEhlError
 from ehl.common.progress import report_progress
+from ehl.common.quantities import rounded_towards
 from ehl.common.threads import single_thread
 from ehl.fluid.viscosity import TEMPERATURE_RANGE
 from regression import __version__
@@ -445,10 +446,8 @@ def _never_fitted(dataset: Dataset, repeated: pd.DataFrame) -> pd.DataFrame:
 
 def _rounded_range(values: Array) -> tuple[float, float]:
     """Smallest and largest value, rounded outwards to three digits, as samples do not reach the ends of a plan."""
-    ends = float(values.min()), float(values.max())
-    steps = [10.0 ** (math.floor(math.log10(abs(end))) - 2) if end else 1.0 for end in ends]
-    low, high = math.floor(ends[0] / steps[0]) * steps[0], math.ceil(ends[1] / steps[1]) * steps[1]
-    return min(float(f"{low:.3g}"), ends[0]), max(float(f"{high:.3g}"), ends[1])
+    low, high = float(values.min()), float(values.max())
+    return min(rounded_towards(low, math.floor), low), max(rounded_towards(high, math.ceil), high)
 
 
 def noise_of(dataset: Dataset, noise: Dataset | None) -> NoiseFloor | None:
