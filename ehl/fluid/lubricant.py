@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import Annotated, Any, Self, TypeVar
+from typing import Annotated, Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import model_validator
 
-from ehl.common.arrays import FloatArray
+from ehl.common.arrays import FloatArray, Values
 from ehl.common.errors import InputError
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel
@@ -32,8 +31,6 @@ from ehl.fluid.viscosity import (
     ScaledRise,
 )
 
-Array = NDArray[np.float64]
-Values = TypeVar("Values", float, Array)
 PerPressure = Annotated[float, ValueRange("1/Pa", ge=0.0, le=1e-8)]
 
 
