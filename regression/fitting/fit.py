@@ -261,7 +261,8 @@ def fit_formula(
     judged, held_out = frame[drawn].reset_index(drop=True), held_out.of(drawn)
     box = box_of(family, frame)
     hashes = dataset.card_hashes or dict.fromkeys(dataset.oils, dataset.oil_hash or None)
-    fitted, network_of_oil, floor = form.coefficients_of(oil), form.network_of(oil), noise_of(dataset, noise)
+    fitted, network_of_oil = form.coefficients_of(oil), form.network_of(oil)
+    floor = measured_noise(realisation_scatter((dataset if noise is None else noise).frame))
     error = np.abs(np.log(held_out.mu / computed_friction(judged)))
     noise_of_network, deviation = _with_noise(error, held_out.deviation)
     score = error if deviation is None else error / deviation
@@ -448,8 +449,3 @@ def _rounded_range(values: Array) -> tuple[float, float]:
     """Smallest and largest value, rounded outwards to three digits, as samples do not reach the ends of a plan."""
     low, high = float(values.min()), float(values.max())
     return min(rounded_towards(low, math.floor), low), max(rounded_towards(high, math.ceil), high)
-
-
-def noise_of(dataset: Dataset, noise: Dataset | None) -> NoiseFloor | None:
-    """Noise floor from a run of repeated realisations, or from the repeated points of the dataset."""
-    return measured_noise(realisation_scatter((dataset if noise is None else noise).frame))
