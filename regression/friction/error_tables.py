@@ -14,6 +14,7 @@ from ehl.common.validation import InputModel
 from regression.friction.conditions import Array
 
 Finite = Annotated[float, ValueRange("")]
+Positive = Annotated[float, ValueRange("", gt=0.0)]
 Width = Annotated[float, ValueRange("", ge=0.0)]
 Share = Annotated[float, ValueRange("", ge=0.0, le=1.0)]
 

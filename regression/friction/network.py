@@ -14,20 +14,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import cached_property
-from typing import Annotated, Any, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from ehl.common.errors import InputError
-from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel
 from regression.friction.conditions import GROUPS, UNITS, Array, Conditions
+from regression.friction.error_tables import Finite, Positive
 
 Real = TypeVar("Real", np.float64, np.float32)
-Finite = Annotated[float, ValueRange("")]
-Positive = Annotated[float, ValueRange("", gt=0.0)]
 # weight of the correction, mean of both outputs over the networks, their variances and covariance
 Statistics = tuple[Array, Array, Array, Array, Array, Array]
 Evaluate = Callable[[list[Array]], Sequence[Array]]

@@ -22,8 +22,8 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from ehl import inputs as case_inputs
 from ehl.common.arrays import FloatArray, IntArray
-from ehl.common.data import data_names, data_path
-from ehl.common.errors import InputError, same_name
+from ehl.common.data import named_file
+from ehl.common.errors import InputError
 from ehl.common.files import parse_json, parse_toml
 from ehl.common.pages import Reportable
 from ehl.common.sections import Head, Medium, Section
@@ -175,9 +175,7 @@ class Plan(InputModel, Reportable):
         >>> Plan.from_file("demo", ["lubricant.oil=fva3"]).oils
         ('fva3',)
         """
-        name = same_name(str(path), data_names("plans"))
-        if name in data_names("plans"):
-            path = data_path("plans", f"{name}.toml")
+        path = named_file("file", "plans", path)
         content = read_toml(path, "plan")
         if not content:
             hint = "Copy a shipped plan, or see docs/sweep.md."
@@ -186,7 +184,7 @@ class Plan(InputModel, Reportable):
             _apply(content, change)
         table = content.get("table")
         if isinstance(table, dict) and isinstance(table.get("file"), str):
-            content["table"] = {**table, "file": str(Path(path).parent / table["file"])}
+            content["table"] = {**table, "file": str(path.parent / table["file"])}
         return validate(cls, content)
 
     @classmethod
