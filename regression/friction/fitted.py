@@ -3,7 +3,6 @@
 import hashlib
 import json
 import math
-import os
 import re
 from collections.abc import Mapping
 from functools import lru_cache
@@ -15,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, PrivateAttr, model_validator
 
-from ehl.common.data import data_names, data_path
-from ehl.common.errors import InputError, same_name
+from ehl.common.data import data_names, data_path, named_file
+from ehl.common.errors import InputError
 from ehl.common.files import parse_json, read_text, write_file
 from ehl.common.quantities import quantity
 from ehl.common.threads import one_thread
@@ -148,16 +147,8 @@ class FittedFormula(FrictionModel, InputModel):
         >>> Formula.load("75w90").family
         'short'
         """
-        shipped = data_names("formulas", ".json")
-        name = same_name(str(name), shipped)
-        if name in shipped:
-            path, shown = data_path("formulas", f"{name}.json"), name
-        else:
-            path = Path(name)
-            shown = path.name
-            if path.suffix != ".json" and not os.path.exists(path):
-                allowed = f"one of {', '.join(shipped)}, or the path of a formula file (.json)"
-                raise InputError("formula", str(name), allowed, "Check the name or the path.")
+        path = named_file("formula", "formulas", Path(name), ".json")
+        shown = path.stem if path.parent == data_path("formulas") else path.name
         formula: Self = _read(cls, str(path), read_text(path, "formula file", _ALLOWED))
         return formula.with_options(boundary_friction, refuse=refuse, name=shown)
 
