@@ -110,6 +110,13 @@ def near(name: object, known: Iterable[str]) -> str:
     return f"Did you mean {' or '.join(repr(given[text]) for text in found)}?" if found else ""
 
 
+def check_choice(field: str, value: object, known: Iterable[str], hint: str = "") -> None:
+    """Raise an `InputError` with all known names, by default with the most similar one, for any other value."""
+    names = tuple(known)
+    if value not in names:
+        raise InputError(field, value, "one of " + ", ".join(names), hint or near(value, names))
+
+
 def check_count(field: str, value: object, least: int, most: int, hint: str = "", *, even: bool = False) -> None:
     """Raise an `InputError` unless a value is a whole number, with `even` an even one, within two ends."""
     try:

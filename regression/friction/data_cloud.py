@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import model_validator
 
-from ehl.common.errors import InputError
+from ehl.common.errors import InputError, check_choice
 from ehl.common.validation import InputModel
 from regression.friction.conditions import UNITS, Array, Conditions
 from regression.friction.error_tables import Finite, Positive
@@ -59,8 +59,7 @@ class DataCloud(InputModel):
     def _consistent(self) -> DataCloud:
         size = len(self.variables)
         for name in self.variables:
-            if name not in UNITS:
-                raise InputError("variables", name, "one of " + ", ".join(UNITS))
+            check_choice("variables", name, UNITS)
         if any(not 0 <= place < size for row in self.limits for place in row[:2]):
             raise InputError("limits", "an index of no variable", f"indices from 0 to {size - 1}")
         for field, rows in (("whitening", self.whitening), ("points", self.points)):

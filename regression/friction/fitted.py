@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from pydantic import Field, PrivateAttr, model_validator
 
 from ehl.common.data import data_names, data_path, named_file
-from ehl.common.errors import InputError
+from ehl.common.errors import InputError, check_choice
 from ehl.common.files import parse_json, read_text, write_file
 from ehl.common.quantities import quantity
 from ehl.common.threads import one_thread
@@ -101,14 +101,12 @@ class FittedFormula(FrictionModel, InputModel):
             if term not in self.coefficients:
                 raise InputError(f"coefficients.{term}", None, "a number")
         for term in self.coefficients:
-            if term not in family.terms:
-                raise InputError(f"coefficients.{term}", term, "one of " + ", ".join(family.terms))
+            check_choice(f"coefficients.{term}", term, family.terms)
         if self.equation != family.equation:
             hint = "The equation of the program differs: fit the formula again."
             raise InputError("equation", self.equation, f"that of family {family.name}: {family.equation}", hint)
         for name, (low, high) in self.ranges.items():
-            if name not in UNITS:
-                raise InputError(f"ranges.{name}", name, "one of " + ", ".join(UNITS))
+            check_choice(f"ranges.{name}", name, UNITS)
             if low > high:
                 unit = UNITS[name] or "1"
                 raise InputError(f"ranges.{name}", [low, high], f"the lower end first, then the upper one, in {unit}")

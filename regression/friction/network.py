@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from ehl.common.errors import InputError
+from ehl.common.errors import InputError, check_choice
 from ehl.common.validation import InputModel
 from regression.friction.conditions import GROUPS, UNITS, Array, Conditions
 from regression.friction.error_tables import Finite, Positive
@@ -56,8 +56,7 @@ class Network(InputModel):
     def _consistent(self) -> Network:
         size = len(self.variables)
         for name in self.variables:
-            if name not in UNITS and name not in GROUPS and name not in (ODDS, FILM_PART):
-                raise InputError("variables", name, "one of " + ", ".join((*UNITS, *GROUPS, ODDS, FILM_PART)))
+            check_choice("variables", name, (*UNITS, *GROUPS, ODDS, FILM_PART))
         for field in ("mean", "scale", "low", "high"):
             if len(getattr(self, field)) != size:
                 raise InputError(field, f"{len(getattr(self, field))} numbers", f"{size}, one per variable")
