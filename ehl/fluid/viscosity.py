@@ -266,28 +266,6 @@ class AbsoluteLaw(Protocol):
 
 
 @dataclass(frozen=True)
-class ScaledAbsoluteRise:
-    """A law with a factor on its increase of ln eta with pressure."""
-
-    law: AbsoluteLaw
-    factor: float  # [-]
-
-    def log_viscosity(self, pressure: FloatArray, temperature: FloatArray) -> FloatArray:
-        """ln eta, eta in Pa s, at pressures [Pa] and temperatures [K]."""
-        ambient = self.law.log_viscosity(0.0 * pressure, temperature)
-        return np.asarray(ambient + self.factor * (self.law.log_viscosity(pressure, temperature) - ambient))
-
-    def by_pressure(self, pressure: FloatArray, temperature: FloatArray) -> FloatArray:
-        """d ln eta/dp [1/Pa]."""
-        return np.asarray(self.factor * self.law.by_pressure(pressure, temperature))
-
-    def by_temperature(self, pressure: FloatArray, temperature: FloatArray) -> FloatArray:
-        """d ln eta/dT [1/K]."""
-        ambient = self.law.by_temperature(0.0 * pressure, temperature)
-        return np.asarray(ambient + self.factor * (self.law.by_temperature(pressure, temperature) - ambient))
-
-
-@dataclass(frozen=True)
 class RelativeLaw:
     """L = ln eta(p, T) - ln eta(0, T0) of an `AbsoluteLaw`."""
 
