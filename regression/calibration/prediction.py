@@ -154,6 +154,7 @@ Values = Mapping[str, float]
 
 # lower bounds for the transformed parts, ln(s/(1 - s)) of shares and ln mu of friction
 MIN_SHARE, MIN_FRICTION = 1e-5, 1e-9
+UNSOLVED = "boundary_friction"  # the parameter whose change needs no new solution
 PARTS = 3  # film friction; asperity share; relative error of the friction
 
 
@@ -260,10 +261,6 @@ class FrictionSolver:
     films: dict[int, FrozenFilm] = field(default_factory=dict, repr=False)  # last solved film of each row
     windows: dict[int, float] = field(default_factory=dict, repr=False)  # averaging window of each rough row [b]
 
-    def needs_solution(self, name: str) -> bool:
-        """Whether a change of this parameter requires new solutions."""
-        return name != "boundary_friction"
-
     def parts(self, sets: Sequence[Values], rows: BoolArray | None = None) -> FloatArray:
         """Parts of the friction for each set of values, shape (sets, n, 3); nan if failed or not requested.
 
@@ -349,7 +346,7 @@ class Surrogate:
     @property
     def moving(self) -> bool:
         """Whether any fitted parameter requires solutions."""
-        return any(self.solver.needs_solution(name) for name in self.names)
+        return any(name != UNSOLVED for name in self.names)
 
     @property
     def log_values(self) -> FloatArray:
@@ -381,7 +378,7 @@ class Surrogate:
         place = np.log([values[name] for name in self.names])
         step = place - self.log_values
         # parameters that require no solution do not change the parts
-        step = np.where([self.solver.needs_solution(name) for name in self.names], step, 0.0)
+        step = np.where([name != UNSOLVED for name in self.names], step, 0.0)
         length = float(step @ step)
         slopes = self.slopes
         if length > 0.0:

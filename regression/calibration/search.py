@@ -10,7 +10,7 @@ from ehl.common.arrays import BoolArray, FloatArray
 from ehl.common.errors import ConvergenceError
 from ehl.common.progress import report_progress
 from regression.calibration import robust
-from regression.calibration.prediction import FrictionSolver, Surrogate
+from regression.calibration.prediction import UNSOLVED, FrictionSolver, Surrogate
 from regression.calibration.setup import PARAMETERS
 
 STEP = 0.08  # of the finite differences in ln(value)
@@ -78,7 +78,7 @@ def surrogate_at(
 
     With `differences`, derivatives follow from finite differences of the solver; without, from fixed films.
     """
-    moving = [name for name in names if solver.needs_solution(name)] if differences else []
+    moving = [name for name in names if name != UNSOLVED] if differences else []
     parts = [solver.transformed(solver.parts([values], rows)[0])]
     films = solver.films
     held = solver.held(values, films)
@@ -151,7 +151,7 @@ def best_start(
     Several start points are necessary as a limiting stress that is too high has no effect, and one that is too low
     hides all other parameters.
     """
-    moving = [j for j, name in enumerate(names) if solver.needs_solution(name)]
+    moving = [j for j, name in enumerate(names) if name != UNSOLVED]
     best, least = values, np.inf
     if not moving:
         return best

@@ -36,14 +36,15 @@ _AVERAGED = (
     "friction_coefficient", "friction_fluid", "friction_asperity", "film_central", "film_min", "asperity_load_share",
     "roughness_load_share", "film_ratio",
 )  # fmt: skip
-_SAME = [*STATE_UNITS, *LUBRICANT_UNITS, *(name for name in SURFACE_UNITS if name != "seed"), "oil"]
+# columns that are equal at one point
+_SAME = [*dict.fromkeys((*STATE_UNITS, *LUBRICANT_UNITS, *(name for name in SURFACE_UNITS if name != "seed"), "oil"))]
 
 
 def realisation_scatter(frame: pd.DataFrame) -> pd.DataFrame:
     """Scatter of every point with more than one roughness seed."""
     usable = frame[(frame["status"] != "failed") & (frame["friction_coefficient"] > 0.0)]
-    usable = usable.drop_duplicates([*dict.fromkeys(_SAME), "seed"])
-    grouped = usable.groupby(list(dict.fromkeys(_SAME)), dropna=False, sort=True)
+    usable = usable.drop_duplicates([*_SAME, "seed"])
+    grouped = usable.groupby(_SAME, dropna=False, sort=True)
     points = grouped[list(BANDS)].mean() if not usable.empty else pd.DataFrame(columns=list(BANDS))
     # without the keys, some of which are also variables of bands
     points = points.reset_index(drop=True)
@@ -108,8 +109,7 @@ def expected_rows(frame: pd.DataFrame) -> pd.DataFrame:
     their number, or `statistical_variance` without repeated points. Errors are root mean squares over the profiles; the
     part of the time means is independent between them and decreases with the root of their number.
     """
-    columns = list(dict.fromkeys(_SAME))
-    group = frame.groupby(columns, dropna=False, sort=False).ngroup().to_numpy()
+    group = frame.groupby(_SAME, dropna=False, sort=False).ngroup().to_numpy()
     first = ~pd.Series(group).duplicated().to_numpy()
     count = np.bincount(group)[group[first]]
     rows = frame[first].reset_index(drop=True)
