@@ -156,43 +156,33 @@ class SurfaceInput(InputModel):
 
     @model_validator(mode="before")
     @classmethod
-    def _worn_rms(cls, values: Any) -> Any:
-        if not isinstance(values, dict) or "running_in" not in values:
+    def _of_other_forms(cls, values: Any) -> Any:
+        """Fields from the composite Rq, the profilometer parameters and a text for Rq after running-in."""
+        if not isinstance(values, dict):
             return values
-        given = values["running_in"]
-        none = given is None or (isinstance(given, str) and given.strip().lower() == "none")
-        return values | {"running_in": "none" if none else WORN_RMS.check(given, "running_in")}
-
-    # "before" validators run in reverse order: Rq of each surface is available here
-    @model_validator(mode="before")
-    @classmethod
-    def _printed_lengths(cls, values: Any) -> Any:
-        if not isinstance(values, dict) or all(values.get(name) is None for name in PRINTED):
-            return values
-        if (given := values.get("correlation_length")) is not None:
-            raise InputError("correlation_length", given, "either correlation_length, or rsm, rdq and sal")
-        found = {name: values[name] for name in PRINTED if values.get(name) is not None}
-        printed = {name: PRINTED[name].check(value, name, bare=True) for name, value in found.items()}
-        each = [parse_quantity(values.get(name) or 0.0, "m", field=name) for name in EACH_RMS]
-        rough = [rms for rms in each if rms > 0.0]
-        if "rdq" in printed and not rough:
-            raise InputError("rdq", values["rdq"], "rdq together with Rq of the surfaces")
-        rms = math.sqrt(sum(value**2 for value in rough) / max(len(rough), 1))
-        rest = {name: value for name, value in values.items() if name not in PRINTED}
-        return rest | {"correlation_length": printed_correlation_length(rms, **printed)}
-
-    @model_validator(mode="before")
-    @classmethod
-    def _shared_roughness(cls, values: Any) -> Any:
-        if not isinstance(values, dict) or values.get("roughness_rms") is None:
-            return values
-        rest = {name: value for name, value in values.items() if name != "roughness_rms"}
-        for name in EACH_RMS:
-            if rest.get(name) is not None:
+        found = dict(values)
+        if found.get("roughness_rms") is not None:
+            if any(found.get(name) is not None for name in EACH_RMS):
                 allowed = "either the composite roughness_rms, or roughness_rms_1 and roughness_rms_2 of the surfaces"
                 raise InputError("roughness_rms", values["roughness_rms"], allowed)
-        each = value_range(Rms).check(values["roughness_rms"], "roughness_rms") / 2.0**0.5
-        return {**rest, **dict.fromkeys(EACH_RMS, each)}
+            each = value_range(Rms).check(found.pop("roughness_rms"), "roughness_rms") / 2.0**0.5
+            found |= dict.fromkeys(EACH_RMS, each)
+        printed = {name: PRINTED[name].check(found[name], name) for name in PRINTED if found.get(name) is not None}
+        if printed:
+            if (given := found.get("correlation_length")) is not None:
+                raise InputError("correlation_length", given, "either correlation_length, or rsm, rdq and sal")
+            rough = [parse_quantity(found.get(name) or 0.0, "m", field=name) for name in EACH_RMS]
+            rough = [rms for rms in rough if rms > 0.0]
+            if "rdq" in printed and not rough:
+                raise InputError("rdq", values["rdq"], "rdq together with Rq of the surfaces")
+            rms = math.sqrt(sum(value**2 for value in rough) / max(len(rough), 1))
+            found = {name: value for name, value in found.items() if name not in PRINTED}
+            found["correlation_length"] = printed_correlation_length(rms, **printed)
+        if "running_in" in found:
+            worn = found["running_in"]
+            none = worn is None or (isinstance(worn, str) and worn.strip().lower() == "none")
+            found["running_in"] = "none" if none else WORN_RMS.check(worn, "running_in")
+        return found
 
     @model_validator(mode="after")
     def _one_description(self) -> Self:

@@ -8,15 +8,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+
+from ehl.common.arrays import Values
 
 if TYPE_CHECKING:
     from ehl.fluid.lubricant import Lubricant
-
-Values = TypeVar("Values", float, NDArray[np.float64])
 
 
 def hertz_half_width(load_per_length: Values, radius_equivalent: Values, effective_modulus: float) -> Values:

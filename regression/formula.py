@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 from dataclasses import dataclass
 from functools import cache
@@ -358,7 +359,7 @@ def _formula(name: str) -> Formula:
     try:
         return Formula.load(name)
     except InputError as error:
-        if error.field != "formula":
+        if error.field != "formula" and (name.endswith(".json") or os.path.exists(name)):
             raise
         raise InputError("friction model", name, friction_model_choices(), error.hint) from None
 

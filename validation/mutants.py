@@ -88,11 +88,10 @@ AREAS: dict[str, tuple[dict[str, str], tuple[str, ...]]] = {
     ),
     "intervals": (
         {
-            "regression/fitting/fit.py": "scores _errors _r2 _rms bands interval_of _band_widths _inside _with_noise "
-            "covered_by_other_folds conformal_width ratio_of_means noise_floor _width_of_oils_left_out checked_scores "
-            "_unseen_errors",
+            "regression/fitting/fit.py": "scores _errors _r2 bands interval_of _band_widths _with_noise "
+            "covered_by_other_folds conformal_width ratio_of_means noise_floor _width_of_oils_left_out checked_scores",
             "regression/fitting/rows.py": "realisation_scatter measured_noise band_noise statistical_variance "
-            "expected_rows _rms drawn_rows",
+            "expected_rows rms drawn_rows",
             "regression/fitting/coefficients.py": "linear_fit _variance_inflation _nonlinear_fit",
             "regression/fitting/cross_validation.py": "of cell_groups fold_numbers cross_validate interval_factors",
             "regression/fitting/sensitivity.py": "sobol_indices _estimates",

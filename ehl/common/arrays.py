@@ -5,7 +5,7 @@ Numbers for files without non-finite values.
 
 import math
 from dataclasses import fields, is_dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
+Values = TypeVar("Values", float, FloatArray)  # a number or an array
 
 
 def finite_or_none(value: Any) -> Any:

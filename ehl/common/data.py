@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 
-from ehl.common.errors import InputError, near, same_name
+from ehl.common.errors import InputError, check_choice, near, same_name
 
 _PACKAGED = Path(__file__).resolve().parents[1] / "_data"
 _ROOT = _PACKAGED if _PACKAGED.is_dir() else Path(__file__).resolve().parents[2] / "data"
@@ -55,8 +55,7 @@ def shipped(kind: str) -> tuple[str, ...]:
     suffixes = {"formulas": ".json", "datasets": ".h5"}
     surfaces = ("materials", "finishes", "additives")
     kinds = ("oils", *surfaces, "designs", "axles", "blanks", "targets", "plans", "formulas", "datasets")
-    if kind not in kinds:
-        raise InputError("kind", kind, "one of " + ", ".join(kinds))
+    check_choice("kind", kind, kinds)
     return data_names(kind, suffixes.get(kind, ".toml"))
 
 

@@ -53,7 +53,7 @@ class InputError(MixedEhlError, ValueError):
     ) -> None:
         self.field, self.value, self.allowed, self.hint = field, value, allowed, hint
         self.also = tuple(problem for error in also for problem in error.problems)
-        super().__init__(str(self))
+        super().__init__(field, value, allowed, hint, self.also)
 
     @property
     def problems(self) -> tuple[InputError, ...]:
@@ -87,9 +87,6 @@ class InputError(MixedEhlError, ValueError):
             sentence = f"{field} = {_shown(self.value)} cannot be used; allowed: {allowed}."
         return f"{sentence} {_one_line(self.hint, 2000)}" if self.hint else sentence
 
-    def __reduce__(self) -> tuple[type[InputError], tuple[object, ...]]:
-        return (type(self), (self.field, self.value, self.allowed, self.hint, self.also))
-
 
 def same_name(name: str, known: Iterable[str]) -> str:
     """The entry of `known` that differs only in case, blanks, hyphens and underscores; otherwise the name itself."""
@@ -111,6 +108,13 @@ def near(name: object, known: Iterable[str]) -> str:
     given = {text.lower(): text for text in known}
     found = get_close_matches(str(name)[:100].lower(), given, n=2, cutoff=0.65)
     return f"Did you mean {' or '.join(repr(given[text]) for text in found)}?" if found else ""
+
+
+def check_choice(field: str, value: object, known: Iterable[str], hint: str = "") -> None:
+    """Raise an `InputError` with all known names, by default with the most similar one, for any other value."""
+    names = tuple(known)
+    if value not in names:
+        raise InputError(field, value, "one of " + ", ".join(names), hint or near(value, names))
 
 
 def check_count(field: str, value: object, least: int, most: int, hint: str = "", *, even: bool = False) -> None:
@@ -136,12 +140,9 @@ class ConvergenceError(MixedEhlError):
 
     def __init__(self, reason: str, detail: str = "") -> None:
         self.reason, self.detail = reason, detail
-        super().__init__(str(self))
+        super().__init__(reason, detail)
 
     def __str__(self) -> str:
         from ehl.common.data import reason_text  # reads data with the errors of this module
 
         return f"{reason_text(self.reason)} ({self.reason})" + (f": {self.detail}" if self.detail else "")
-
-    def __reduce__(self) -> tuple[type[ConvergenceError], tuple[str, str]]:
-        return (type(self), (self.reason, self.detail))

@@ -58,16 +58,15 @@ def read_text(path: str | Path, field: str, allowed: str) -> str:
     content = read_bytes(path, field, allowed)
     try:
         return _decoded(content)
-    except (UnicodeDecodeError, _NoText):
+    except ValueError:
         raise InputError(field, str(path), allowed, "The file is not a text.") from None
 
 
-class _NoText(Exception):
-    """Control characters: the file is of another kind."""
-
-
 def _decoded(content: bytes) -> str:
-    """Text with its encoding determined from its content: byte order mark, zero bytes, validity as UTF-8."""
+    """Text with its encoding determined from its content: byte order mark, zero bytes, validity as UTF-8.
+
+    Raises `ValueError`: control characters, or an invalid encoding: the file is of another kind.
+    """
     if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
         text = content.decode("utf-16")
     elif content[:200].count(0) > 0.3 * len(content[:200]):  # digits and separators in UTF-16 without a mark
@@ -78,7 +77,7 @@ def _decoded(content: bytes) -> str:
         except UnicodeDecodeError:
             text = content.decode("cp1252", errors="replace")
     if _CONTROL.search(text):
-        raise _NoText
+        raise ValueError("control characters")
     return text
 
 

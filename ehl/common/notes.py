@@ -65,12 +65,6 @@ CONTACT_NOTES: tuple[NoteKind, ...] = (
 """Kinds of notes on one contact; others count as warnings."""
 
 
-def grade_of(text: str, kinds: Sequence[NoteKind]) -> Grade:
-    """Grade of a sentence; a kind that is not listed is a warning."""
-    kind = _kind(text, kinds)
-    return "warning" if kind is None else kind.grade
-
-
 def group_notes(said: Iterable[tuple[str, str]], kinds: Sequence[NoteKind] = CONTACT_NOTES) -> list[Note]:
     """One note for each kind, sorted by grade, then by the order of `kinds`, then by frequency.
 
@@ -92,7 +86,8 @@ def group_notes(said: Iterable[tuple[str, str]], kinds: Sequence[NoteKind] = CON
         alike = len({text for _, text in members}) == 1
         if alike:
             case = "; ".join(cases[:_CASES_NAMED]) + ("; ..." if len(cases) > _CASES_NAMED else "")
-        note = Note(grade_of(text, kinds), text, len(cases), case, alike and len(cases) > 1)
+        grade: Grade = "warning" if kind is None else kind.grade
+        note = Note(grade, text, len(cases), case, alike and len(cases) > 1)
         place = len(kinds) if kind is None else list(kinds).index(kind)
         found.append((GRADES.index(note.grade), place, -note.count, note))
     return [note for *_, note in sorted(found, key=itemgetter(0, 1, 2))]

@@ -6,7 +6,7 @@ Table heads, plot axes, units in files and the page docs/nomenclature.md use the
 import csv
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -110,10 +110,21 @@ def rounded(value: float, digits: int) -> float:
     return round(value, digits - 1 - math.floor(math.log10(abs(value))))
 
 
+def rounded_towards(value: float, towards: Callable[[float], int]) -> float:
+    """A number rounded to three digits by `math.floor` or `math.ceil`."""
+    digit = 10.0 ** (math.floor(math.log10(abs(value))) - 2) if value else 1.0
+    return float(f"{towards(value / digit) * digit:.3g}")
+
+
 def _brief(value: float, digits: int) -> str:
     """A number for a sentence, without trailing zeros."""
     mantissa, mark, exponent = format_number(value, digits).partition("e")
     return (mantissa.rstrip("0").rstrip(".") if "." in mantissa else mantissa) + mark + exponent
+
+
+def plus_minus(error: float) -> str:
+    """A relative error in per cent."""
+    return f"±\N{NO-BREAK SPACE}{100.0 * error:.2g} %" if math.isfinite(error) else "unknown"
 
 
 def printed_unit(unit: str) -> str:

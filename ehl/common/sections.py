@@ -25,7 +25,6 @@ class Head:
     title: str
     subtitle: str = ""
     footer: str = ""
-    kind = "head"
 
 
 @dataclass(frozen=True)
@@ -33,7 +32,6 @@ class Text:
     """A paragraph of plain text."""
 
     text: str
-    kind = "text"
 
 
 @dataclass(frozen=True)
@@ -41,7 +39,6 @@ class Code:
     """Preformatted text: an equation, a command."""
 
     text: str
-    kind = "code"
 
 
 @dataclass(frozen=True)
@@ -51,7 +48,6 @@ class Picture:
     draw: Callable[[], Figure | Axes]  # returns a matplotlib figure, or axes of it
     caption: str
     name: str = ""  # name of its file; a picture without name is only part of the page
-    kind = "picture"
 
     def figure(self) -> Figure:
         """The figure, drawn now."""
@@ -64,7 +60,6 @@ class Row:
     """Items next to each other if the page is wide enough."""
 
     items: Sequence[Item]
-    kind = "row"
 
 
 @dataclass(frozen=True)
@@ -74,7 +69,6 @@ class MainResult:
     value: str  # value with unit
     label: str  # description
     known: Sequence[tuple[str, str]] = ()  # interval or error, and its source
-    kind = "main_result"
 
 
 @dataclass(frozen=True)
@@ -82,7 +76,6 @@ class KeyFigures:
     """The most important numbers: (value, description)."""
 
     figures: Sequence[tuple[str, str]]
-    kind = "key_figures"
 
 
 @dataclass(frozen=True)
@@ -92,7 +85,6 @@ class Notes:
     notes: Sequence[Note]
     cases: int = 1  # number of cases
     none: str = "No notes: no limit of the model is reached."  # sentence if there are no notes
-    kind = "notes"
     shown = 3
 
 
@@ -102,7 +94,6 @@ class Folded:
 
     title: str
     items: Sequence[Item]
-    kind = "folded"
 
 
 Item = Head | Text | Code | Table | Picture | Row | MainResult | KeyFigures | Notes | Folded

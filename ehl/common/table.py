@@ -119,8 +119,6 @@ class Table:
     highlight: int = -1
     vertical: bool = False
 
-    kind = "table"
-
     def __repr__(self) -> str:
         heads = [column if isinstance(column, str) else column.name for column in self.columns]
         shown = ", ".join(heads[:10]) + (", ..." if len(heads) > 10 else "")

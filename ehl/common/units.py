@@ -34,6 +34,7 @@ _COMMA_HINT = (
     "A comma inside of a number is ambiguous. Write a decimal point, no separator of thousands, "
     "and separate the values of a list by a comma and a space, or by a semicolon."
 )
+_RQ_HINT = "Give the number of Rq alone. Rq is about 1.25 Ra (Gaussian heights)."
 # the pattern of numbers takes a time that grows with the square of a text's length, and pint computes any power
 _LONGEST = 200
 _RANGE = re.compile(r"\s*([^:]{1,40}):([^:]{1,40}):\s*(\d{1,9})\s*([^\d.:][^:]{0,40}|)")
@@ -96,7 +97,6 @@ _READ: dict[str, tuple[tuple[float, str], ...]] = {
         (1e-10, "Å angstrom angstroms"),
     ),
     "m^2": ((1.0, "m2"), (1e-4, "cm2"), (1e-6, "mm2")),
-    "1/m": ((1.0, "1/m"),),
     "m/s": (
         (1.0, "mps"),
         (1e-3, "mm/s"),
@@ -311,7 +311,9 @@ def _from_text(text: str, unit: str, field: str) -> tuple[float, bool]:
         if known is not None:
             return float(match[1]) * known[0] + known[1], True
     if match is None or unit in _CLOSED or _THOUSANDS.match(match[2]):
-        hint = _parameter(text) or _refusal(match[2] if match else "", unit)
+        # such as "Ra 0.4 um"
+        named = re.match(r"\s*R[apqtz]\d*\b", text)
+        hint = _RQ_HINT if named else _refusal(match[2] if match else "", unit)
         raise InputError(field, text, _expectation(unit), hint)
     return _by_pint(float(match[1]), match[2], text, unit, field), True
 
@@ -342,13 +344,6 @@ def _refusal(typed: str, unit: str) -> str:
     if any(_known(typed, other) for other in others):
         return _near_unit(typed, unit, "The unit is of another dimension.")
     return _near_unit(typed, unit)
-
-
-def _parameter(text: str) -> str:
-    """Hint for a height with the name of its parameter, such as "Ra 0.4 um"; empty for other texts."""
-    if not re.match(r"\s*R[apqtz]\d*\b", text):
-        return ""
-    return "Give the number of Rq alone. Rq is about 1.25 Ra (Gaussian heights)."
 
 
 def _near_unit(typed: str, unit: str, hint: str = "The unit could not be read.") -> str:
@@ -422,16 +417,13 @@ class ValueRange:
         count = int(match[3]) if match else 0
         if match is None or not 2 <= count <= _MAX_VALUES:
             hint = f"The number of values includes both ends: at least 2 and at most {_MAX_VALUES}."
-            raise InputError(field, text, f"'from:to:number unit' such as {self._range_example!r}", hint)
+            number, _, unit = _EXAMPLES.get(self.unit, f"1 {self.unit}").partition(" ")
+            example = f"{number}:{4 * float(number):g}:4 {unit}".strip()
+            raise InputError(field, text, f"'from:to:number unit' such as {example!r}", hint)
         first, last = (self.check(f"{match[k].strip()} {match[4]}", field, bare=False) for k in (1, 2))
         # values that are zero but for the last binary digit are zero
         steps = (first + (last - first) * k / (count - 1) for k in range(count))
         return [0.0 if abs(step) < 1e-12 * abs(last - first) else step for step in steps]
-
-    @property
-    def _range_example(self) -> str:
-        number, _, unit = _EXAMPLES.get(self.unit, f"1 {self.unit}").partition(" ")
-        return f"{number}:{4 * float(number):g}:4 {unit}".strip()
 
     def _inside(self, number: float) -> bool:
         return not (

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import cache
 from itertools import accumulate
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal, NoReturn, TypeVar, Union, get_args, get_origin
+from typing import Annotated, Any, ClassVar, Literal, TypeVar, Union, get_args, get_origin
 
 from pydantic import AfterValidator, AliasChoices, BaseModel, ConfigDict, Field, Tag, ValidationError, model_validator
 from pydantic.fields import FieldInfo
@@ -62,16 +62,6 @@ def kind_of(content: Mapping[str, Any]) -> str:
     return ""
 
 
-def refuse_other_kind(content: Mapping[str, Any], path: str | Path, wanted: str) -> None:
-    """`InputError` if the file is recognised as another kind than the expected one."""
-    found = kind_of(content)
-    if wanted and found and found != wanted:
-        kind = KINDS[found]
-        raise InputError(
-            "file", str(path), KINDS[wanted].words, f"It is {kind.words}, for {kind.use}. {_write(wanted)}"
-        )
-
-
 def looks_like(text: str) -> str:
     """Sentence with the format of a text that is not TOML; empty if the format is unknown."""
     start = text.lstrip()[:1]
@@ -92,15 +82,6 @@ def told_kind(text: str) -> str:
     except tomllib.TOMLDecodeError:
         return looks_like(text)
     return f"It is {kind.words}, for {kind.use}." if kind else ""
-
-
-def refuse_unreadable(text: str, path: str | Path, wanted: str, error: InputError) -> NoReturn:
-    """Error for a text that is not TOML, with its apparent format."""
-    hint = looks_like(text)
-    if not hint:
-        raise error
-    allowed = KINDS[wanted].words + " (TOML)" if wanted else error.allowed
-    raise InputError(error.field, str(path), allowed, f"{hint} {_write(wanted)}".strip())
 
 
 def _write(kind: str) -> str:
@@ -187,8 +168,14 @@ def read_toml(path: str | Path, kind: str = "") -> dict[str, Any]:
     try:
         content = parse_toml(text, "file", str(path))
     except InputError as error:
-        refuse_unreadable(text, path, kind, error)
-    refuse_other_kind(content, path, kind)
+        if not (hint := looks_like(text)):
+            raise
+        allowed = KINDS[kind].words + " (TOML)" if kind else error.allowed
+        raise InputError("file", str(path), allowed, f"{hint} {_write(kind)}".strip()) from None
+    found = KINDS.get(kind_of(content))
+    if kind and found not in (None, KINDS[kind]):
+        hint = f"It is {found.words}, for {found.use}. {_write(kind)}"
+        raise InputError("file", str(path), KINDS[kind].words, hint)
     return content
 
 

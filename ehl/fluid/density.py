@@ -5,16 +5,13 @@ Each law is the input table of an oil card; its method `at` gives the law at one
 """
 
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal, Protocol, TypeVar
+from typing import Annotated, Any, Literal, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ehl.common.arrays import FloatArray, Values
 from ehl.common.units import KELVIN, ValueRange
 from ehl.common.validation import InputModel
-
-Array = NDArray[np.float64]
-Values = TypeVar("Values", float, Array)
 
 DOWSON_HIGGINSON = (0.6e-9, 1.7e-9)  # [1/Pa]
 
@@ -24,7 +21,9 @@ def density_at(temperature: Values, density_15: float, coefficient: float) -> Va
     return density_15 * (1.0 + coefficient * (temperature - KELVIN - 15.0))
 
 
-def dowson_higginson_1966(pressure: Array, a: float = DOWSON_HIGGINSON[0], b: float = DOWSON_HIGGINSON[1]) -> Array:
+def dowson_higginson_1966(
+    pressure: FloatArray, a: float = DOWSON_HIGGINSON[0], b: float = DOWSON_HIGGINSON[1]
+) -> FloatArray:
     """Dowson-Higginson: rho/rho0 = 1 + a p/(1 + b p) (Dowson & Higginson 1966).
 
     The variant (5.9e8 + 1.34 p)/(5.9e8 + p) is another function, which differs by 0.8 % at 2 GPa.
@@ -37,10 +36,10 @@ class Compression(Protocol):
 
     def __hash__(self) -> int: ...
 
-    def ratio(self, pressure: Array) -> Array:
+    def ratio(self, pressure: FloatArray) -> FloatArray:
         """rho/rho0 at pressures [Pa]."""
 
-    def slope(self, pressure: Array) -> Array:
+    def slope(self, pressure: FloatArray) -> FloatArray:
         """d(rho/rho0)/dp [1/Pa]."""
 
 
@@ -51,11 +50,11 @@ class DowsonHigginson:
     a: float = DOWSON_HIGGINSON[0]
     b: float = DOWSON_HIGGINSON[1]
 
-    def ratio(self, pressure: Array) -> Array:
+    def ratio(self, pressure: FloatArray) -> FloatArray:
         """rho/rho0 at pressures [Pa]."""
         return dowson_higginson_1966(pressure, self.a, self.b)
 
-    def slope(self, pressure: Array) -> Array:
+    def slope(self, pressure: FloatArray) -> FloatArray:
         """d(rho/rho0)/dp [1/Pa]."""
         return np.asarray(self.a / (1.0 + self.b * pressure) ** 2)
 
@@ -67,11 +66,11 @@ class TaitCompression:
     modulus: float  # K0 at the temperature [Pa]
     rate: float  # K0' [-]
 
-    def ratio(self, pressure: Array) -> Array:
+    def ratio(self, pressure: FloatArray) -> FloatArray:
         """rho/rho0 at pressures [Pa]."""
         return np.asarray(1.0 / (1.0 - np.log(1.0 + (1.0 + self.rate) * pressure / self.modulus) / (1.0 + self.rate)))
 
-    def slope(self, pressure: Array) -> Array:
+    def slope(self, pressure: FloatArray) -> FloatArray:
         """d(rho/rho0)/dp [1/Pa]."""
         return np.asarray(self.ratio(pressure) ** 2 / (self.modulus + (1.0 + self.rate) * pressure))
 
@@ -83,11 +82,11 @@ class MurnaghanCompression:
     modulus: float  # K0 at the temperature [Pa]
     rate: float  # K0' [-]
 
-    def ratio(self, pressure: Array) -> Array:
+    def ratio(self, pressure: FloatArray) -> FloatArray:
         """rho/rho0 at pressures [Pa]."""
         return np.asarray((1.0 + self.rate * pressure / self.modulus) ** (1.0 / self.rate))
 
-    def slope(self, pressure: Array) -> Array:
+    def slope(self, pressure: FloatArray) -> FloatArray:
         """d(rho/rho0)/dp [1/Pa]."""
         return np.asarray(self.ratio(pressure) / (self.modulus + self.rate * pressure))
 

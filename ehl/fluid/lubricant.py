@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import Annotated, Any, Self, TypeVar
+from typing import Annotated, Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import model_validator
 
-from ehl.common.arrays import FloatArray
+from ehl.common.arrays import FloatArray, Values
 from ehl.common.errors import InputError
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel
@@ -32,8 +31,6 @@ from ehl.fluid.viscosity import (
     ScaledRise,
 )
 
-Array = NDArray[np.float64]
-Values = TypeVar("Values", float, Array)
 PerPressure = Annotated[float, ValueRange("1/Pa", ge=0.0, le=1e-8)]
 
 
@@ -123,6 +120,8 @@ class Lubricant:
         "cut" limits the traction only; "smooth" approaches the limit smoothly and affects the pressure flow as well.
     absolute_law : AbsoluteLaw
         A law of eta by its constants, instead of those above.
+    absolute_scale : float
+        Factor on ln(eta(p, T)/eta(0, T)) of `absolute_law` [-], contained in `pressure_viscosity`.
     pressure_rise_factor : float
         Factor on ln(eta(p, T)/eta(0, T)) of any law [-], for its uncertainty.
     pressure_valid : float
@@ -160,6 +159,7 @@ class Lubricant:
     limiting_shear_ambient: float = 0.0
     limiting_shear: Limit = "cut"
     absolute_law: AbsoluteLaw | None = None
+    absolute_scale: float = 1.0
     pressure_rise_factor: float = 1.0
     pressure_valid: float = math.inf
     shear_modulus: float = math.inf
@@ -219,16 +219,16 @@ class Lubricant:
     def pressure_law(self) -> PressureLaw:
         """ln(eta(p, T)/eta0), with its derivatives."""
         law: BarusLaw | RoelandsLaw | ModulusLaw | RelativeLaw
-        temperature, beta = self.temperature, self.temperature_viscosity
+        temperature, beta, scale = self.temperature, self.temperature_viscosity, self.pressure_rise_factor
         if self.absolute_law is not None:
-            law = RelativeLaw(self.absolute_law, temperature)
+            law, scale = RelativeLaw(self.absolute_law, temperature), self.absolute_scale * scale
         elif self.viscosity_law == "barus":
             law = BarusLaw(self.pressure_viscosity, temperature, beta)
         elif self.viscosity_law == "roelands":
             law = RoelandsLaw(self.viscosity_inlet, self.pressure_viscosity, temperature, beta)
         else:
             law = ModulusLaw(self.modulus_constants, temperature, self.temperature_constants, beta)
-        return law if self.pressure_rise_factor == 1.0 else ScaledRise(law, self.pressure_rise_factor)
+        return law if scale == 1.0 else ScaledRise(law, scale)
 
     def log_viscosity_ratio(self, pressure: FloatArray) -> FloatArray:
         """ln(eta/eta0) at the inlet temperature, elementwise."""

@@ -8,7 +8,7 @@ from dataclasses import replace
 from functools import cache, lru_cache
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import (
@@ -20,7 +20,7 @@ from pydantic import (
     model_validator,
 )
 
-from ehl.common.arrays import FloatArray
+from ehl.common.arrays import FloatArray, Values
 from ehl.common.data import data_names
 from ehl.common.errors import InputError, same_name
 from ehl.common.pages import Reportable
@@ -39,8 +39,6 @@ from ehl.fluid.viscosity import TEMPERATURE_RANGE, Temperature, WaltherViscosity
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from pandas import DataFrame
-
-Values = TypeVar("Values", float, FloatArray)
 
 KinematicViscosity = Annotated[float, ValueRange("m^2/s", gt=1e-7, le=1.0)]
 
@@ -75,6 +73,10 @@ class CalibrationRecord(InputModel):
     held: dict[str, float] = Field(default_factory=dict)
     conditions: dict[str, tuple[float, float]]
     surface: dict[str, float] = Field(default_factory=dict)
+
+    def __hash__(self) -> int:
+        """Of the data, as tables have no hash: a card is a key of caches."""
+        return hash((self.file_hash, self.card, self.date))
 
 
 class Oil(InputModel, Reportable):

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from ehl.common.errors import InputError, near, same_name
+from ehl.common.errors import InputError, check_choice, near, same_name
 from ehl.common.units import KELVIN
 from ehl.fluid.density import density_at
 from ehl.fluid.rheology import LinearStress
@@ -233,9 +233,7 @@ def generic_card(
     viscosity_index: with one of the viscosities or iso_vg.
     """
     base = same_name(base, OIL_FAMILIES)
-    if base not in OIL_FAMILIES:
-        hint = near(base, OIL_FAMILIES) or "For a semi-synthetic oil use the main base."
-        raise InputError("base", base, "one of " + ", ".join(OIL_FAMILIES), hint)
+    check_choice("base", base, OIL_FAMILIES, near(base, OIL_FAMILIES) or "For a semi-synthetic oil use the main base.")
     family = OIL_FAMILIES[base]
     given = [value is not None for value in (viscosity_40, viscosity_100, viscosity_index)]
     if (sum(given) != 2) if iso_vg is None else any(given[:2]):

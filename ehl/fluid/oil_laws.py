@@ -144,12 +144,12 @@ def figures_by_constants(law: ViscosityByConstants, temperature: Any, scale: flo
             "modulus_constants": moduli,
             "temperature_constants": (law.B, law.C),
         }
-    absolute: viscosity_laws.AbsoluteLaw = law if scale == 1.0 else viscosity_laws.ScaledAbsoluteRise(law, scale)
     ambient = 0.0 * temperature
     return {
         "viscosity_law": law.law,
-        "viscosity_inlet": np.exp(absolute.log_viscosity(ambient, temperature)),
-        "pressure_viscosity": absolute.by_pressure(ambient, temperature),
-        "temperature_viscosity": -absolute.by_temperature(ambient, temperature),
-        "absolute_law": absolute,
+        "viscosity_inlet": np.exp(law.log_viscosity(ambient, temperature)),
+        "pressure_viscosity": scale * law.by_pressure(ambient, temperature),
+        "temperature_viscosity": -law.by_temperature(ambient, temperature),
+        "absolute_law": law,
+        "absolute_scale": scale,
     }

@@ -30,16 +30,6 @@ _PIECES = np.array([0.0, 0.03, 0.1, 0.25, 0.5, 1.0, 1.8, 3.0]) * 1e9  # of the i
 _ROUNDS = 60
 
 
-def alpha_slope(law: PressureLaw) -> FloatArray:
-    """L'(0) [1/Pa]."""
-    return np.asarray(law.by_pressure(np.zeros(1)))
-
-
-def alpha_secant(law: PressureLaw) -> FloatArray:
-    """L(0.2 GPa)/0.2 GPa [1/Pa]."""
-    return np.asarray(law.log_ratio(np.full(1, SECANT_PRESSURE)) / SECANT_PRESSURE)
-
-
 def alpha_star(law: PressureLaw) -> FloatArray:
     """1/int_0^inf exp(-L) dp [1/Pa]."""
     half = 0.5 * np.diff(_PIECES)[:, None]
@@ -59,8 +49,8 @@ def alpha_film(law: PressureLaw) -> FloatArray:
 
 
 _ALPHAS: dict[AlphaDefinition, Callable[[PressureLaw], FloatArray]] = {
-    "slope": alpha_slope,
-    "secant_200": alpha_secant,
+    "slope": lambda law: np.asarray(law.by_pressure(np.zeros(1))),
+    "secant_200": lambda law: np.asarray(law.log_ratio(np.full(1, SECANT_PRESSURE)) / SECANT_PRESSURE),
     "star": alpha_star,
     "film": alpha_film,
 }

@@ -17,14 +17,12 @@ from dataclasses import dataclass
 from typing import Annotated, Any, Literal, NamedTuple, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import model_validator
 
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel
-
-Array = NDArray[np.float64]
 
 NEWTONIAN, EYRING, CARREAU = range(3)
 LARGE = 20.0  # of ln x: beyond it 1 + x^2 is x^2
@@ -98,7 +96,7 @@ class RisingStress(InputModel):
         """Pressure in the middle of the step [Pa]."""
         return 0.5 * (self.pressure_start + self.pressure_end)
 
-    def __call__(self, pressure: Array) -> Array:
+    def __call__(self, pressure: FloatArray) -> FloatArray:
         """tau0 at a pressure [Pa]."""
         bend = np.tanh(self.steepness * (pressure / self.centre - 1.0))
         return np.asarray(self.stress_low + 0.5 * self.rise * (1.0 + bend))
@@ -193,7 +191,7 @@ class ShearLaw:
         constant = self.rheology == "newtonian" or (self.rheology == "eyring" and isinstance(self.stress, float))
         return constant and not self.limit_in_flow
 
-    def scale(self, pressure: Array) -> Array:
+    def scale(self, pressure: FloatArray) -> FloatArray:
         """Stress scale at a pressure [Pa]; 1 Pa for a Newtonian oil, where it drops out."""
         if self.rheology == "newtonian":
             return np.ones_like(pressure)
@@ -205,13 +203,13 @@ class ShearLaw:
             return pressure_hertz
         return float(self.scale(np.array([pressure_hertz]))[0])
 
-    def limiting_stress(self, pressure: Array) -> Array:
+    def limiting_stress(self, pressure: FloatArray) -> FloatArray:
         """tau_L [Pa]; infinite without a limit."""
         if not self.limited:
             return np.full_like(pressure, math.inf)
         return np.asarray(self.limit_ambient + self.limit_slope * np.maximum(pressure, 0.0))
 
-    def log_stress(self, log_viscous: Array, pressure: Array) -> tuple[Array, Array]:
+    def log_stress(self, log_viscous: FloatArray, pressure: FloatArray) -> tuple[FloatArray, FloatArray]:
         """ln of the shear stress in Pa and its derivative by ln eta.
 
         log_viscous: ln of eta |v_s|/h in Pa.
@@ -230,7 +228,7 @@ class ShearLaw:
         rest = -np.expm1(-ratio)
         return np.asarray(log_limit + np.log(rest)), np.asarray(slope * ratio * np.exp(-ratio) / rest)
 
-    def _curve(self, log_x: Array) -> tuple[Array, Array]:
+    def _curve(self, log_x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """ln T and d ln T/d ln x."""
         if self.rheology == "newtonian":
             return log_x, np.ones_like(log_x)

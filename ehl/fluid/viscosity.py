@@ -8,16 +8,13 @@ of the laws have their constants and uncertainty; `ehl.fluid.oil_laws` lists the
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar, Literal, Protocol, TypeVar
+from typing import Annotated, Any, ClassVar, Literal, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ehl.common.arrays import FloatArray, Values
 from ehl.common.units import KELVIN, ValueRange
 from ehl.common.validation import InputModel
-
-Array = NDArray[np.float64]
-Values = TypeVar("Values", float, Array)
 
 TEMPERATURE_RANGE = (-40.0 + KELVIN, 200.0 + KELVIN)
 
@@ -111,16 +108,16 @@ class BarusLaw:
     temperature: float  # T0 [K]
     beta: float  # [1/K]
 
-    def log_ratio(self, pressure: Array, temperature: Array | None = None) -> Array:
+    def log_ratio(self, pressure: FloatArray, temperature: FloatArray | None = None) -> FloatArray:
         """L at pressures [Pa] and temperatures [K]; at the inlet temperature where none are given."""
         rise = self.alpha * pressure
         return rise if temperature is None else rise - self.beta * (temperature - self.temperature)
 
-    def by_pressure(self, pressure: Array) -> Array:
+    def by_pressure(self, pressure: FloatArray) -> FloatArray:
         """dL/dp [1/Pa] at the inlet temperature."""
         return np.asarray(self.alpha + 0.0 * pressure)
 
-    def by_temperature(self, pressure: Array, temperature: Array) -> Array:
+    def by_temperature(self, pressure: FloatArray, temperature: FloatArray) -> FloatArray:
         """dL/dT [1/K]."""
         return np.full(np.broadcast(pressure, temperature).shape, -self.beta)
 
@@ -137,7 +134,7 @@ class RoelandsLaw:
     temperature: float  # T0 [K]
     beta: float  # [1/K]
 
-    def log_ratio(self, pressure: Array, temperature: Array | None = None) -> Array:
+    def log_ratio(self, pressure: FloatArray, temperature: FloatArray | None = None) -> FloatArray:
         """L at pressures [Pa] and temperatures [K]; at the inlet temperature where none are given."""
         height = np.log(self.viscosity) + ROELANDS_LOG_VISCOSITY
         growth = (1.0 + pressure / ROELANDS_PRESSURE) ** (self.alpha * ROELANDS_PRESSURE / height)
@@ -145,19 +142,19 @@ class RoelandsLaw:
             growth = growth * self._thinning(temperature)
         return np.asarray(height * (growth - 1.0))
 
-    def by_pressure(self, pressure: Array) -> Array:
+    def by_pressure(self, pressure: FloatArray) -> FloatArray:
         """dL/dp [1/Pa] at the inlet temperature."""
         exponent = self.alpha * ROELANDS_PRESSURE / (np.log(self.viscosity) + ROELANDS_LOG_VISCOSITY)
         return np.asarray(self.alpha * (1.0 + pressure / ROELANDS_PRESSURE) ** (exponent - 1.0))
 
-    def by_temperature(self, pressure: Array, temperature: Array) -> Array:
+    def by_temperature(self, pressure: FloatArray, temperature: FloatArray) -> FloatArray:
         """dL/dT [1/K]."""
         height = np.log(self.viscosity) + ROELANDS_LOG_VISCOSITY
         exponent = self.beta * (self.temperature - ROELANDS_TEMPERATURE) / height
         level = height + self.log_ratio(pressure, temperature)
         return np.asarray(-level * exponent / np.maximum(temperature - ROELANDS_TEMPERATURE, 1.0))
 
-    def _thinning(self, temperature: Array) -> Array:
+    def _thinning(self, temperature: FloatArray) -> FloatArray:
         height = np.log(self.viscosity) + ROELANDS_LOG_VISCOSITY
         span = self.temperature - ROELANDS_TEMPERATURE
         relative = np.maximum(temperature - ROELANDS_TEMPERATURE, 1.0) / span
@@ -178,21 +175,21 @@ class ModulusLaw:
     beta: float = 0.0  # [1/K]; used without `vogel`
 
     @property
-    def numbers(self) -> Array:
+    def numbers(self) -> FloatArray:
         """The law for `ehl.heat._kernels.modulus_viscosity`."""
         ambient = (*self.vogel, 0.0) if self.vogel else (0.0, math.inf, self.beta)
         return np.array([*self.constants, self.temperature, *ambient, _LAST_BEFORE_POLE, KELVIN])
 
-    def log_ratio(self, pressure: Array, temperature: Array | None = None) -> Array:
+    def log_ratio(self, pressure: FloatArray, temperature: FloatArray | None = None) -> FloatArray:
         """L at pressures [Pa] and temperatures [K]; at the inlet temperature where none are given."""
         rise, _ = self._rise(pressure, self.temperature if temperature is None else temperature)
         return np.asarray(rise if temperature is None else rise + self._thinning(temperature))
 
-    def by_pressure(self, pressure: Array) -> Array:
+    def by_pressure(self, pressure: FloatArray) -> FloatArray:
         """dL/dp [1/Pa] at the inlet temperature."""
         return np.asarray(self._rise(pressure, self.temperature)[1])
 
-    def by_temperature(self, pressure: Array, temperature: Array) -> Array:
+    def by_temperature(self, pressure: FloatArray, temperature: FloatArray) -> FloatArray:
         """dL/dT [1/K]."""
         _, a2, _, b2 = self.constants
         low, stiffening = self._moduli(temperature)
@@ -207,7 +204,7 @@ class ModulusLaw:
         beyond = slope * pressure * (b2 / bent - a2 / low) - rise * b2 / bent
         return np.asarray(np.where(pressure > inside, beyond, within) - thinning)
 
-    def _rise(self, pressure: Array, temperature: Array | float) -> tuple[Array, Array]:
+    def _rise(self, pressure: FloatArray, temperature: FloatArray | float) -> tuple[FloatArray, FloatArray]:
         """p/(A + B p) and its slope."""
         low, stiffening = self._moduli(temperature)
         inside = np.minimum(pressure, _LAST_BEFORE_POLE * low / np.maximum(-stiffening, 1e-30))
@@ -215,12 +212,12 @@ class ModulusLaw:
         slope = low / modulus**2
         return inside / modulus + slope * (pressure - inside), slope
 
-    def _moduli(self, temperature: Array | float) -> tuple[Array | float, Array | float]:
+    def _moduli(self, temperature: FloatArray | float) -> tuple[FloatArray | float, FloatArray | float]:
         a1, a2, b1, b2 = self.constants
         celsius = temperature - KELVIN
         return a1 + a2 * celsius, b1 + b2 * celsius
 
-    def _thinning(self, temperature: Array) -> Array:
+    def _thinning(self, temperature: FloatArray) -> FloatArray:
         if not self.vogel:
             return -self.beta * (temperature - self.temperature)
         rise, shift = self.vogel
@@ -248,7 +245,7 @@ class WaltherViscosity(InputModel):
     law: Literal["roelands", "barus"]
 
 
-def pole_growth(place: Array, last: float) -> tuple[Array, Array]:
+def pole_growth(place: FloatArray, last: float) -> tuple[FloatArray, FloatArray]:
     """g = y/(1 - y) and dg/dy of laws with a pole at y = 1, continued by the tangent above y = `last` (own choice)."""
     inside = np.minimum(place, last)
     slope = 1.0 / (1.0 - inside) ** 2
@@ -258,36 +255,14 @@ def pole_growth(place: Array, last: float) -> tuple[Array, Array]:
 class AbsoluteLaw(Protocol):
     """A law of eta over pressure and temperature with constants of the oil."""
 
-    def log_viscosity(self, pressure: Array, temperature: Array) -> Array:
+    def log_viscosity(self, pressure: FloatArray, temperature: FloatArray) -> FloatArray:
         """ln eta, eta in Pa s, at pressures [Pa] and temperatures [K]."""
 
-    def by_pressure(self, pressure: Array, temperature: Array) -> Array:
+    def by_pressure(self, pressure: FloatArray, temperature: FloatArray) -> FloatArray:
         """d ln eta/dp [1/Pa]."""
 
-    def by_temperature(self, pressure: Array, temperature: Array) -> Array:
+    def by_temperature(self, pressure: FloatArray, temperature: FloatArray) -> FloatArray:
         """d ln eta/dT [1/K]."""
-
-
-@dataclass(frozen=True)
-class ScaledAbsoluteRise:
-    """A law with a factor on its increase of ln eta with pressure."""
-
-    law: AbsoluteLaw
-    factor: float  # [-]
-
-    def log_viscosity(self, pressure: Array, temperature: Array) -> Array:
-        """ln eta, eta in Pa s, at pressures [Pa] and temperatures [K]."""
-        ambient = self.law.log_viscosity(0.0 * pressure, temperature)
-        return np.asarray(ambient + self.factor * (self.law.log_viscosity(pressure, temperature) - ambient))
-
-    def by_pressure(self, pressure: Array, temperature: Array) -> Array:
-        """d ln eta/dp [1/Pa]."""
-        return np.asarray(self.factor * self.law.by_pressure(pressure, temperature))
-
-    def by_temperature(self, pressure: Array, temperature: Array) -> Array:
-        """d ln eta/dT [1/K]."""
-        ambient = self.law.by_temperature(0.0 * pressure, temperature)
-        return np.asarray(ambient + self.factor * (self.law.by_temperature(pressure, temperature) - ambient))
 
 
 @dataclass(frozen=True)
@@ -297,18 +272,18 @@ class RelativeLaw:
     law: AbsoluteLaw
     temperature: float  # T0 [K]; may be an array
 
-    def log_ratio(self, pressure: Array, temperature: Array | None = None) -> Array:
+    def log_ratio(self, pressure: FloatArray, temperature: FloatArray | None = None) -> FloatArray:
         """L at pressures [Pa] and temperatures [K]; at the inlet temperature where none are given."""
         warm: Any = self.temperature if temperature is None else temperature
         at_inlet: Any = self.temperature
         return np.asarray(self.law.log_viscosity(pressure, warm) - self.law.log_viscosity(0.0 * pressure, at_inlet))
 
-    def by_pressure(self, pressure: Array) -> Array:
+    def by_pressure(self, pressure: FloatArray) -> FloatArray:
         """dL/dp [1/Pa] at the inlet temperature."""
         at_inlet: Any = self.temperature
         return self.law.by_pressure(pressure, at_inlet)
 
-    def by_temperature(self, pressure: Array, temperature: Array) -> Array:
+    def by_temperature(self, pressure: FloatArray, temperature: FloatArray) -> FloatArray:
         """dL/dT [1/K]."""
         return self.law.by_temperature(pressure, temperature)
 
@@ -320,18 +295,18 @@ class ScaledRise:
     law: BarusLaw | RoelandsLaw | ModulusLaw | RelativeLaw
     factor: float  # [-]; may be an array
 
-    def log_ratio(self, pressure: Array, temperature: Array | None = None) -> Array:
+    def log_ratio(self, pressure: FloatArray, temperature: FloatArray | None = None) -> FloatArray:
         """L at pressures [Pa] and temperatures [K]; at the inlet temperature where none are given."""
         if temperature is None:
             return np.asarray(self.factor * self.law.log_ratio(pressure))
         ambient = self.law.log_ratio(0.0 * pressure, temperature)
         return np.asarray(ambient + self.factor * (self.law.log_ratio(pressure, temperature) - ambient))
 
-    def by_pressure(self, pressure: Array) -> Array:
+    def by_pressure(self, pressure: FloatArray) -> FloatArray:
         """dL/dp [1/Pa] at the inlet temperature."""
         return np.asarray(self.factor * self.law.by_pressure(pressure))
 
-    def by_temperature(self, pressure: Array, temperature: Array) -> Array:
+    def by_temperature(self, pressure: FloatArray, temperature: FloatArray) -> FloatArray:
         """dL/dT [1/K]."""
         ambient = self.law.by_temperature(0.0 * pressure, temperature)
         return np.asarray(ambient + self.factor * (self.law.by_temperature(pressure, temperature) - ambient))

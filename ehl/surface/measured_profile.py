@@ -37,13 +37,8 @@ def gaussian_mean_line(heights: FloatArray, spacing: float, cutoff: float) -> Fl
     reach = min(n - 1, math.ceil(1.2 * cutoff / spacing))
     place = spacing * np.arange(-reach, reach + 1)
     weight = np.exp(-math.pi * (place / (GAUSSIAN_CONSTANT * cutoff)) ** 2)
-    size = scipy.fft.next_fast_len(n + 2 * reach)
-    spectrum = scipy.fft.rfft(weight, size)
-
-    def smoothed(values: FloatArray) -> FloatArray:
-        return np.asarray(scipy.fft.irfft(scipy.fft.rfft(values, size) * spectrum, size)[reach : reach + n])
-
-    return smoothed(heights) / smoothed(np.ones(n))
+    smoothed, inside = (scipy.signal.fftconvolve(values, weight)[reach : reach + n] for values in (heights, np.ones(n)))
+    return np.asarray(smoothed / inside)
 
 
 def joined_ends(heights: FloatArray, overlap: int) -> FloatArray:

@@ -127,17 +127,10 @@ def ends(
 
 
 @dataclass(frozen=True)
-class UncertaintySource:
-    """One uncertain input."""
+class UncertaintySource(Change):
+    """One uncertain input; `below` and `above` are the result with it at the ends of its interval."""
 
-    name: str  # of the input
-    group: str  # cause in the headline
-    sd: float  # standard deviation of the logarithm, or in SI units; nan if it depends on the place
-    # the result with this input at the lower and upper end of its interval
-    below: float
-    above: float
-    share: float  # of the sum of the squared changes by single inputs, over both ends [-]
-    note: str  # source of spread and change
+    share: float = 0.0  # of the sum of the squared changes by single inputs, over both ends [-]
 
     @property
     def label(self) -> str:
@@ -148,12 +141,12 @@ class UncertaintySource:
     @property
     def low(self) -> float:
         """Lower end of the result by this input."""
-        return min(self.below, self.above)
+        return min(float(self.below), float(self.above))
 
     @property
     def high(self) -> float:
         """Upper end of the result by this input."""
-        return max(self.below, self.above)
+        return max(float(self.below), float(self.above))
 
 
 @dataclass(frozen=True, repr=False)
@@ -191,7 +184,7 @@ class InputUncertainty(TableResult):
         for change, part in zip(changes, parts, strict=True):
             alone = figure(float(change.below)), figure(float(change.above))
             share = part / total if total > 0.0 else 0.0
-            sources.append(UncertaintySource(change.name, change.group, change.sd, *alone, share, change.note))
+            sources.append(UncertaintySource(change.name, change.group, change.sd, *alone, change.note, share))
         down, up = ends(changes, together, slopes)
         sources.sort(key=lambda source: -source.share)
         low, high = sorted((figure(down), figure(up)))

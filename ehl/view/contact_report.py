@@ -14,7 +14,7 @@ from ehl.common.data import reason_text
 from ehl.common.errors import InputError
 from ehl.common.figures import BLUE, GREY, ORANGE, new_figure
 from ehl.common.notes import CONTACT_NOTES, Note, group_notes
-from ehl.common.quantities import axis_label, quantity, to_display
+from ehl.common.quantities import axis_label, plus_minus, quantity, to_display
 from ehl.common.sections import Folded, Head, Item, KeyFigures, MainResult, Medium, Notes, Picture, Row, Section, Text
 from ehl.common.table import Table
 from ehl.heat.traction import ThermalTraction
@@ -319,7 +319,7 @@ def _headline(result: Any, uncertainty: InputUncertainty | None) -> Section:
         return Section("", [head, answer, Notes([Note("fault", f"failed: {reason_text(result.reason)}"), *notes])])
     if result.status == "unsettled":
         notes.insert(0, Note("warning", result.outcome))
-    known = [_inputs(uncertainty), (_error(result.friction_error), "error of the solution")]
+    known = [_inputs(uncertainty), (plus_minus(result.friction_error), "error of the solution")]
     if math.isfinite(result.friction_boundary_half):
         ends = sorted((result.friction_boundary_half, result.friction_boundary_double))
         known.append((f"{ends[0]:.3g} to {ends[1]:.3g}", "at half and twice the boundary film, an empirical input"))
@@ -351,10 +351,6 @@ def _friction_text(result: Any) -> str:
     error = result.friction_error
     digits = 4 if not 0.0 < error < math.inf else min(max(2, 1 - math.floor(math.log10(error))), 4)
     return f"{result.friction_coefficient:.{digits}g}"
-
-
-def _error(share: float) -> str:
-    return f"±\N{NO-BREAK SPACE}{100.0 * share:.2g} %" if math.isfinite(share) else "unknown"
 
 
 def _reason(text: str) -> tuple[str, str]:

@@ -157,9 +157,8 @@ def profile_intervals(
     quantile = noise.quantile * found.widening
 
     def roots(sides: list[_Side]) -> None:
-        sets = [
-            _with(fit, minimise(fit.surrogate, target, fit.scale, 10.0, {s.at: here[s.at] + s.step})) for s in sides
-        ]
+        goals = [minimise(fit.surrogate, target, fit.scale, 10.0, {s.at: here[s.at] + s.step}) for s in sides]
+        sets = [fit.surrogate.values_at(goal) for goal in goals]
         parts = solver.transformed(solver.parts([fit.values, *sets], target.rows))[1:]
         for side, values, part in zip(sides, sets, parts, strict=True):
             rise = robust.loss(target.residuals(solver.friction(part, values)) / noise.scale) - base
@@ -216,7 +215,3 @@ class _Side:
             self.done = self.done or math.isfinite(self.end)
         reach = self.end if math.isfinite(b) else self.size * min(max(quantile / max(self.root, 1e-3), 1.3), 2.5)
         self.size = min(reach, self.room, MAX_PROFILE_REACH * self.first)
-
-
-def _with(fit: Fit, log_values: FloatArray) -> dict[str, float]:
-    return {**fit.values, **dict(zip(fit.names, map(float, np.exp(log_values)), strict=True))}

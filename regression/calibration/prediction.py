@@ -13,7 +13,6 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import compress
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -155,6 +154,7 @@ Values = Mapping[str, float]
 
 # lower bounds for the transformed parts, ln(s/(1 - s)) of shares and ln mu of friction
 MIN_SHARE, MIN_FRICTION = 1e-5, 1e-9
+UNSOLVED = "boundary_friction"  # the parameter whose change needs no new solution
 PARTS = 3  # film friction; asperity share; relative error of the friction
 
 
@@ -199,10 +199,6 @@ def _parts(result: ContactResult) -> tuple[float, float, float]:
     if result.status == "failed":
         return np.nan, np.nan, np.nan
     return result.friction_fluid, result.asperity_load_share, result.friction_error
-
-
-def _solve_task(task: tuple[Any, ...]) -> tuple[FloatArray, tuple[FrozenFilm | None, ...], tuple[float | None, ...]]:
-    return solve_group(*task)
 
 
 def solve_group(
@@ -265,10 +261,6 @@ class FrictionSolver:
     films: dict[int, FrozenFilm] = field(default_factory=dict, repr=False)  # last solved film of each row
     windows: dict[int, float] = field(default_factory=dict, repr=False)  # averaging window of each rough row [b]
 
-    def needs_solution(self, name: str) -> bool:
-        """Whether a change of this parameter requires new solutions."""
-        return name != "boundary_friction"
-
     def parts(self, sets: Sequence[Values], rows: BoolArray | None = None) -> FloatArray:
         """Parts of the friction for each set of values, shape (sets, n, 3); nan if failed or not requested.
 
@@ -299,7 +291,7 @@ class FrictionSolver:
             inputs = list(zip(lubricants, surfaces, strict=True))
             windows = tuple(self.windows.get(row) for row in group.rows) if self.windows else ()
             tasks.append((group, inputs, self.setup.model, bodies, windows))
-        found = list(run_tasks(tasks, _solve_task, jobs=self.jobs))
+        found = list(run_tasks(tasks, lambda task: solve_group(*task), jobs=self.jobs))
         for group, (parts, films, windows) in zip(groups, found, strict=True):
             new = {row: window for row, window in zip(group.rows, windows, strict=True) if window is not None}
             self.windows = new | self.windows
@@ -354,17 +346,21 @@ class Surrogate:
     @property
     def moving(self) -> bool:
         """Whether any fitted parameter requires solutions."""
-        return any(self.solver.needs_solution(name) for name in self.names)
+        return any(name != UNSOLVED for name in self.names)
 
     @property
     def log_values(self) -> FloatArray:
         """Logarithms of the fitted values at the centre, shape (k,)."""
         return np.log([self.values[name] for name in self.names])
 
+    def values_at(self, log_values: FloatArray) -> dict[str, float]:
+        """Values of all parameters with other logarithms of the fitted ones."""
+        return {**self.values, **dict(zip(self.names, map(float, np.exp(log_values)), strict=True))}
+
     def at(self, log_values: FloatArray) -> FloatArray:
         """mu of all rows, shape (n,)."""
         step = log_values - self.log_values
-        values = {**self.values, **dict(zip(self.names, np.exp(log_values), strict=True))}
+        values = self.values_at(log_values)
         change = self.solver.held(values, self.films) - self.held if self.moving else 0.0
         return self.solver.friction(self.centre + change + self.slopes @ step, values)
 
@@ -382,7 +378,7 @@ class Surrogate:
         place = np.log([values[name] for name in self.names])
         step = place - self.log_values
         # parameters that require no solution do not change the parts
-        step = np.where([self.solver.needs_solution(name) for name in self.names], step, 0.0)
+        step = np.where([name != UNSOLVED for name in self.names], step, 0.0)
         length = float(step @ step)
         slopes = self.slopes
         if length > 0.0:

@@ -13,7 +13,7 @@ import numpy as np
 from ehl import SOLVER
 from ehl.common.figures import new_figure
 from ehl.common.notes import Note
-from ehl.common.quantities import axis_label, quantity, to_display
+from ehl.common.quantities import axis_label, plus_minus, quantity, to_display
 from ehl.common.sections import Head, KeyFigures, MainResult, Medium, Notes, Picture, Section, Text
 from ehl.common.table import Column, Table
 from ehl.fluid.oil import CalibratedValue, CalibrationRecord, Oil
@@ -205,7 +205,7 @@ def calibration_sections(result: Calibration, medium: Medium) -> list[Section]:
     answer = MainResult(
         f"{len(tiles)} of {len(result.parameters)}",
         "parameters determined by these data",
-        [misfit, (_share(result.solver_error), "largest numerical error of the solver")],
+        [misfit, (plus_minus(result.solver_error), "largest numerical error of the solver")],
     )
     curves = Picture(lambda: plot_calibration(result), CAPTION, "curves")
     return [
@@ -223,20 +223,20 @@ def _lines(result: Calibration) -> list[str]:
         f"misfit {result.misfit:.2g} of mu (RMS), noise {result.noise:.2g}{stated}; "
         f"largest numerical error of the solver {100.0 * result.solver_error:.2g} %"
     ]
-    if result.outliers:
-        lines.append(f"outliers with reduced weight: rows {', '.join(map(str, result.outliers))} of the file")
-    if result.excluded:
-        lines.append(f"not used (no sliding, or no solution): rows {', '.join(map(str, result.excluded))} of the file")
-    lines += [f"note: {note}" for note in result.notes]
-    return [*lines, _cost(result)]
+    return [*lines, *_rows(result), *(f"note: {note}" for note in result.notes), _cost(result)]
+
+
+def _rows(result: Calibration) -> list[str]:
+    """Rows with a reduced weight, and rows that were not used."""
+    kinds = (
+        ("outliers with reduced weight", result.outliers),
+        ("not used (no sliding, or no solution)", result.excluded),
+    )
+    return [f"{what}: rows {', '.join(map(str, rows))} of the file" for what, rows in kinds if rows]
 
 
 def _cost(result: Calibration) -> str:
     return f"{result.solver_calls} contacts solved in {result.iterations} rounds, {result.seconds:.1f} s"
-
-
-def _share(value: float) -> str:
-    return f"±\N{NO-BREAK SPACE}{100.0 * value:.2g} %" if math.isfinite(value) else "unknown"
 
 
 def _notes(result: Calibration) -> list[Note]:
@@ -247,11 +247,4 @@ def _notes(result: Calibration) -> list[Note]:
         for e in result.parameters
         if e.status != "determined"
     ]
-    if result.outliers:
-        rows = ", ".join(map(str, result.outliers))
-        found.append(Note("warning", f"{len(result.outliers)} outliers with reduced weight, rows {rows}"))
-    if result.excluded:
-        rows = ", ".join(map(str, result.excluded))
-        found.append(Note("warning", f"{len(result.excluded)} rows not used (no sliding, or no solution): {rows}"))
-    found += [Note("warning", note) for note in result.notes]
-    return found
+    return found + [Note("warning", text) for text in (*_rows(result), *result.notes)]

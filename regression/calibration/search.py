@@ -10,7 +10,7 @@ from ehl.common.arrays import BoolArray, FloatArray
 from ehl.common.errors import ConvergenceError
 from ehl.common.progress import report_progress
 from regression.calibration import robust
-from regression.calibration.prediction import FrictionSolver, Surrogate
+from regression.calibration.prediction import UNSOLVED, FrictionSolver, Surrogate
 from regression.calibration.setup import PARAMETERS
 
 STEP = 0.08  # of the finite differences in ln(value)
@@ -78,7 +78,7 @@ def surrogate_at(
 
     With `differences`, derivatives follow from finite differences of the solver; without, from fixed films.
     """
-    moving = [name for name in names if solver.needs_solution(name)] if differences else []
+    moving = [name for name in names if name != UNSOLVED] if differences else []
     parts = [solver.transformed(solver.parts([values], rows)[0])]
     films = solver.films
     held = solver.held(values, films)
@@ -151,7 +151,7 @@ def best_start(
     Several start points are necessary as a limiting stress that is too high has no effect, and one that is too low
     hides all other parameters.
     """
-    moving = [j for j, name in enumerate(names) if solver.needs_solution(name)]
+    moving = [j for j, name in enumerate(names) if name != UNSOLVED]
     best, least = values, np.inf
     if not moving:
         return best
@@ -175,7 +175,7 @@ def best_start(
             found = minimise(surrogate, target, scale, START_REGION, start=start)
             tried.append((robust.loss(target.residuals(surrogate.at(found)) / scale), tuple(found)))
         _, goal = min(tried)
-        there = {**best, **dict(zip(names, map(float, np.exp(goal)), strict=True))}
+        there = surrogate.values_at(np.array(goal))
         mu = solver.friction(solver.transformed(solver.parts([there], target.rows)[0]), there)
         loss = robust.loss(target.residuals(mu) / scale)
         if not loss < least:
@@ -219,7 +219,7 @@ def search(solver: FrictionSolver, values: dict[str, float], names: tuple[str, .
             surrogate, fresh = surrogate_at(solver, surrogate.values, names, target.rows), True
             region, gained = max(region, 0.1), np.inf
             continue
-        moved = {**surrogate.values, **dict(zip(names, map(float, np.exp(goal)), strict=True))}
+        moved = surrogate.values_at(goal)
         parts = solver.transformed(solver.parts([moved], target.rows)[0])
         trial = surrogate.moved(moved, parts)
         there = target.residuals(trial.at(goal))

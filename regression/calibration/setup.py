@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal, NamedTuple, Self
 from pydantic import BeforeValidator, Field, model_validator
 
 from ehl import inputs
-from ehl.common.errors import InputError
+from ehl.common.errors import InputError, check_choice
 from ehl.common.units import KELVIN, ValueRange
 from ehl.common.validation import InputModel, in_any_case
 from ehl.fluid.lubricant import Lubricant
@@ -225,8 +225,7 @@ class CalibrationSetup(InputModel):
         if not names:
             raise InputError("parameters", "none", "at least one of " + ", ".join(PARAMETERS))
         for name in names:
-            if name not in PARAMETERS:
-                raise InputError("parameters", name, "one of " + ", ".join(PARAMETERS))
+            check_choice("parameters", name, PARAMETERS)
             if names.count(name) > 1:
                 raise InputError("parameters", name, "each parameter once")
             if name in RISING and "eyring_stress" in names:

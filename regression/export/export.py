@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
-from ehl.common.errors import InputError
+from ehl.common.errors import InputError, check_choice
 from regression.export.c_text import c_text
 from regression.export.fmu import friction_fmu
 from regression.export.fortran_text import fortran_text
@@ -46,6 +46,6 @@ def writer_of(path: Path, language: str | None) -> Callable[[Program, str], str 
     if language is None and path.suffix not in suffixes:
         hint = "Name the language, or give the file one of the suffixes " + ", ".join(suffixes) + "."
         raise InputError("language", None, "one of " + ", ".join(LANGUAGES), hint)
-    if language is not None and language not in LANGUAGES:
-        raise InputError("language", language, "one of " + ", ".join(LANGUAGES))
-    return _LANGUAGES[language or suffixes[path.suffix]][0]
+    language = language or suffixes[path.suffix]
+    check_choice("language", language, LANGUAGES)
+    return _LANGUAGES[language][0]

@@ -219,7 +219,6 @@ def interval_factors(dataset: Dataset, formula: FittedFormula) -> list[tuple[flo
         own = own_rows(rows, formula.oils[0].name)
     factors = []
     for band in formula.interval.bands:
-        inside = own & (ratio >= band.low) & (True if band.high is None else ratio < band.high)
-        low, middle, high = np.quantile(np.exp(band.log_width * deviation[inside]), (0.05, 0.5, 0.95))
+        low, middle, high = np.quantile(np.exp(band.log_width * deviation[own & band.holds(ratio)]), (0.05, 0.5, 0.95))
         factors.append((float(middle), float(low), float(high)))
     return factors

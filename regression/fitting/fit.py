@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ehl.common.arrays import finite_or_none
 from ehl.common.errors import ConvergenceError, InputError, MixedEhlError
 from ehl.common.progress import report_progress
+from ehl.common.quantities import rounded_towards
 from ehl.common.threads import single_thread
 from ehl.fluid.viscosity import TEMPERATURE_RANGE
 from regression import __version__
@@ -37,6 +38,7 @@ from regression.fitting.rows import (
     measured_noise,
     own_rows,
     realisation_scatter,
+    rms,
     usable_rows,
 )
 from regression.friction.conditions import UNITS, Array
@@ -72,8 +74,8 @@ def _errors(mu: Array, predicted: Array) -> dict[str, Any]:
     return {
         "count": len(mu),
         "r2": _r2(mu, predicted),
-        "rmse": _rms(predicted - mu),
-        "rmse_log": _rms(np.log(predicted / mu)),
+        "rmse": rms(predicted - mu),
+        "rmse_log": rms(np.log(predicted / mu)),
         "mape": float(np.mean(size)),
         "p95": float(np.quantile(size, 0.95)),
         "largest": float(size.max()),
@@ -107,10 +109,6 @@ def bands(
     return tuple(result)
 
 
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))
-
-
 def interval_of(
     frame: pd.DataFrame,
     error: Array,
@@ -135,7 +133,7 @@ def interval_of(
     if folds is not None:
         covered = covered_by_other_folds(ratio, score, folds)
         widths = tuple(
-            band.model_copy(update={"coverage": float(covered[_inside(band, ratio)].mean())}) for band in widths
+            band.model_copy(update={"coverage": float(covered[band.holds(ratio)].mean())}) for band in widths
         )
     outer = error if extrapolated is None or extrapolated.sum() < _MIN_IN_BAND else error[extrapolated]
     return ErrorInterval(
@@ -161,10 +159,6 @@ def _band_widths(ratio: Array, error: Array) -> tuple[WidthBand, ...]:
     return tuple(widths)
 
 
-def _inside(band: WidthBand, ratio: Array) -> NDArray[np.bool_]:
-    return np.asarray((ratio >= band.low) & (True if band.high is None else ratio < band.high))
-
-
 def covered_by_other_folds(ratio: Array, error: Array, folds: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Whether each held-out error lies within the width of its band from the errors of the other folds."""
     covered = np.zeros(len(error), dtype=bool)
@@ -172,7 +166,7 @@ def covered_by_other_folds(ratio: Array, error: Array, folds: NDArray[np.int64])
         held = folds == number
         width = np.full(len(error), conformal_width(error[~held], INTERVAL_LEVEL))
         for band in _band_widths(ratio[~held], error[~held]):
-            width[_inside(band, ratio)] = band.log_width
+            width[band.holds(ratio)] = band.log_width
         covered[held] = error[held] <= width[held]
     return covered
 
@@ -191,7 +185,7 @@ def ratio_of_means(form: FittedForm, frame: pd.DataFrame, held_out: HeldOut, rep
     frame: the fitted rows.
     repeated: points with several profiles, not fitted; fewer than 20 give 1.
     """
-    means = expected_rows(repeated) if len(repeated) else repeated
+    means = expected_rows(repeated)
     if len(means) < _MIN_IN_BAND:
         return 1.0
     error = np.abs(np.log(held_out.mu / computed_friction(frame)))
@@ -210,7 +204,7 @@ def noise_floor(frame: pd.DataFrame) -> float:
     """
     deviation = frame["friction_error"].to_numpy(dtype=float) / NORMAL_90
     deviation = deviation[np.isfinite(deviation)]
-    return _rms(deviation) if deviation.size else 0.0
+    return rms(deviation) if deviation.size else 0.0
 
 
 def fit_formula(
@@ -267,7 +261,8 @@ def fit_formula(
     judged, held_out = frame[drawn].reset_index(drop=True), held_out.of(drawn)
     box = box_of(family, frame)
     hashes = dataset.card_hashes or dict.fromkeys(dataset.oils, dataset.oil_hash or None)
-    fitted, network_of_oil, floor = form.coefficients_of(oil), form.network_of(oil), noise_of(dataset, noise)
+    fitted, network_of_oil = form.coefficients_of(oil), form.network_of(oil)
+    floor = measured_noise(realisation_scatter((dataset if noise is None else noise).frame))
     error = np.abs(np.log(held_out.mu / computed_friction(judged)))
     noise_of_network, deviation = _with_noise(error, held_out.deviation)
     score = error if deviation is None else error / deviation
@@ -327,16 +322,18 @@ def fit_formula(
     on_paths = kept_rows(dataset, "path")
     if paths is not None:
         on_paths = pd.concat([on_paths, checkable_rows(paths.frame)], ignore_index=True)
-    on_paths = on_paths[own_rows(on_paths, oil)]
-    if len(on_paths):
-        on_paths = expected_rows(on_paths)
-    corner_rows = kept_rows(dataset, "corner")
-    corner_rows = corner_rows[own_rows(corner_rows, oil)]
+    unseen = on_paths[:0] if noise is None else _never_fitted(dataset, noise.frame)
+    not_fitted = (kept_rows(dataset, "corner"), on_paths, unseen)
+    at_corners, on_paths, unseen = (rows[own_rows(rows, oil)].reset_index(drop=True) for rows in not_fitted)
+    (of_corners, _), (of_paths, _), (of_unseen, unseen_bands) = (
+        checked_scores(formula, rows) for rows in (at_corners, expected_rows(on_paths), expected_rows(unseen))
+    )
     return formula.model_copy(
         update={
-            "corners": None if corners else checked_scores(formula, corner_rows),
-            "paths": checked_scores(formula, on_paths),
-            **({} if noise is None else _unseen_errors(formula, _never_fitted(dataset, noise.frame), oil)),
+            "corners": None if corners else of_corners,
+            "paths": of_paths,
+            "unseen": of_unseen,
+            "unseen_bands": unseen_bands,
         }
     )
 
@@ -426,20 +423,21 @@ def _with_noise(error: Array, spread: Array | None) -> tuple[float, Array | None
     return noise, np.hypot(spread, noise)
 
 
-def checked_scores(formula: FittedFormula, frame: pd.DataFrame) -> Scores | None:
+def checked_scores(formula: FittedFormula, frame: pd.DataFrame) -> tuple[Scores | None, tuple[Band, ...]]:
     """Errors at cases that were not fitted, with the coverage of the interval and the share of extrapolated cases.
 
-    None if there are no cases or the formula has no value at one of them.
+    Returns: errors of all cases, and by film ratio; none if there are no cases or the formula has no value at one.
     """
     if frame.empty:
-        return None
+        return None, ()
     value = formula.evaluate(columns(frame))
     if np.isnan(value.mu).any():
-        return None
+        return None, ()
     mu = computed_friction(frame)
     covered = (value.lower <= mu) & (mu <= value.upper)
     extrapolated = formula.extrapolation(columns(frame)) >= CloudDistance.NEAR
-    return scores(frame, value.mu, coverage=float(covered.mean()), extrapolated=float(extrapolated.mean()))
+    by_film = tuple(band for band in bands(frame, value.mu, covered) if band.variable == "film_ratio")
+    return scores(frame, value.mu, coverage=float(covered.mean()), extrapolated=float(extrapolated.mean())), by_film
 
 
 def _never_fitted(dataset: Dataset, repeated: pd.DataFrame) -> pd.DataFrame:
@@ -447,28 +445,7 @@ def _never_fitted(dataset: Dataset, repeated: pd.DataFrame) -> pd.DataFrame:
     return checkable_rows(repeated[~repeated["key"].isin(dataset.frame["key"])])
 
 
-def _unseen_errors(formula: FittedFormula, repeated: pd.DataFrame, oil: str | None) -> dict[str, object]:
-    """Errors of the means over the profiles of points that were not fitted, total and by film ratio."""
-    rows = repeated[own_rows(repeated, oil)].reset_index(drop=True)
-    means = expected_rows(rows) if len(rows) else rows
-    found = checked_scores(formula, means)
-    if found is None:
-        return {}
-    value = formula.evaluate(columns(means))
-    mu = computed_friction(means)
-    covered = (value.lower <= mu) & (mu <= value.upper)
-    by_film = [band for band in bands(means, value.mu, covered) if band.variable == "film_ratio"]
-    return {"unseen": found, "unseen_bands": tuple(by_film)}
-
-
 def _rounded_range(values: Array) -> tuple[float, float]:
     """Smallest and largest value, rounded outwards to three digits, as samples do not reach the ends of a plan."""
-    ends = float(values.min()), float(values.max())
-    steps = [10.0 ** (math.floor(math.log10(abs(end))) - 2) if end else 1.0 for end in ends]
-    low, high = math.floor(ends[0] / steps[0]) * steps[0], math.ceil(ends[1] / steps[1]) * steps[1]
-    return min(float(f"{low:.3g}"), ends[0]), max(float(f"{high:.3g}"), ends[1])
-
-
-def noise_of(dataset: Dataset, noise: Dataset | None) -> NoiseFloor | None:
-    """Noise floor from a run of repeated realisations, or from the repeated points of the dataset."""
-    return measured_noise(realisation_scatter((dataset if noise is None else noise).frame))
+    low, high = float(values.min()), float(values.max())
+    return min(rounded_towards(low, math.floor), low), max(rounded_towards(high, math.ceil), high)

@@ -36,14 +36,15 @@ _AVERAGED = (
     "friction_coefficient", "friction_fluid", "friction_asperity", "film_central", "film_min", "asperity_load_share",
     "roughness_load_share", "film_ratio",
 )  # fmt: skip
-_SAME = [*STATE_UNITS, *LUBRICANT_UNITS, *(name for name in SURFACE_UNITS if name != "seed"), "oil"]
+# columns that are equal at one point
+_SAME = [*dict.fromkeys((*STATE_UNITS, *LUBRICANT_UNITS, *(name for name in SURFACE_UNITS if name != "seed"), "oil"))]
 
 
 def realisation_scatter(frame: pd.DataFrame) -> pd.DataFrame:
     """Scatter of every point with more than one roughness seed."""
     usable = frame[(frame["status"] != "failed") & (frame["friction_coefficient"] > 0.0)]
-    usable = usable.drop_duplicates([*dict.fromkeys(_SAME), "seed"])
-    grouped = usable.groupby(list(dict.fromkeys(_SAME)), dropna=False, sort=True)
+    usable = usable.drop_duplicates([*_SAME, "seed"])
+    grouped = usable.groupby(_SAME, dropna=False, sort=True)
     points = grouped[list(BANDS)].mean() if not usable.empty else pd.DataFrame(columns=list(BANDS))
     # without the keys, some of which are also variables of bands
     points = points.reset_index(drop=True)
@@ -68,15 +69,15 @@ def measured_noise(scatter: pd.DataFrame) -> NoiseFloor | None:
                     low=edges[number - 1] if number > 0 else None,
                     high=edges[number] if number < len(edges) else None,
                     count=len(inside),
-                    single=_rms(inside["single"]),
-                    mean=_rms(inside["mean"]),
+                    single=rms(inside["single"]),
+                    mean=rms(inside["mean"]),
                 )
             )
     return NoiseFloor(
         points=len(scatter),
         realisations=float(scatter["realisations"].mean()),
-        single=_rms(scatter["single"]),
-        mean=_rms(scatter["mean"]),
+        single=rms(scatter["single"]),
+        mean=rms(scatter["mean"]),
         bands=tuple(bands),
     )
 
@@ -105,20 +106,23 @@ def expected_rows(frame: pd.DataFrame) -> pd.DataFrame:
     frame: usable rows of a dataset, sorted by key.
     Returns: the first row of each point with its outputs replaced by means, with the columns `realisations`, the number
     of profiles, and `noise_variance`, the variance of ln mu: the scatter of single profiles in the band of lambda over
-    their number, or `statistical_variance` without repeated points.
+    their number, or `statistical_variance` without repeated points. Errors are root mean squares over the profiles; the
+    part of the time means is independent between them and decreases with the root of their number.
     """
-    columns = list(dict.fromkeys(_SAME))
-    group = frame.groupby(columns, dropna=False, sort=False).ngroup().to_numpy()
+    group = frame.groupby(_SAME, dropna=False, sort=False).ngroup().to_numpy()
     first = ~pd.Series(group).duplicated().to_numpy()
-    count = np.bincount(group)[group[first]] if len(frame) else np.zeros(0)
+    count = np.bincount(group)[group[first]]
     rows = frame[first].reset_index(drop=True)
     scatter = realisation_scatter(frame)
     if scatter.empty:
         return rows.assign(realisations=1, noise_variance=statistical_variance(rows))
     means = frame[[name for name in _AVERAGED if name in frame]].groupby(group, sort=False).mean()
     rows[means.columns] = means.to_numpy()
-    width = frame["statistical_error"].fillna(0.0).pow(2).groupby(group, sort=False).mean().to_numpy()
-    rows["statistical_error"] = np.sqrt(width / count)
+    statistical = frame["statistical_error"].fillna(0.0).pow(2)
+    # of the mesh and the model, common to all profiles; nan if no profile has an error
+    common = (frame["friction_error"].pow(2) - statistical).clip(lower=0.0).groupby(group, sort=False).mean().to_numpy()
+    independent = statistical.groupby(group, sort=False).mean().to_numpy() / count
+    rows["friction_error"], rows["statistical_error"] = np.sqrt(common + independent), np.sqrt(independent)
     place = np.searchsorted(_SCATTER_EDGES, scatter["film_ratio"].to_numpy(dtype=float), side="right")
     squared = scatter["single"].to_numpy(dtype=float) ** 2
     band = np.full(len(_SCATTER_EDGES) + 1, float(squared.mean()))
@@ -129,7 +133,8 @@ def expected_rows(frame: pd.DataFrame) -> pd.DataFrame:
     return rows.assign(realisations=count, noise_variance=single / count)
 
 
-def _rms(values: pd.Series[float] | NDArray[np.float64]) -> float:
+def rms(values: pd.Series[float] | NDArray[np.float64]) -> float:
+    """Root mean square."""
     return float(np.sqrt(np.mean(np.asarray(values, dtype=float) ** 2)))
 
 

@@ -17,6 +17,7 @@ from ehl.material import Material, effective_modulus
 from ehl.state import ContactState
 from regression.friction.conditions import Array, conditions_of
 from regression.friction.fitted import FittedFormula
+from regression.plan.sampling import to_range
 
 SIZE = 4096
 _RESAMPLES = 200
@@ -97,7 +98,10 @@ def formula_sensitivity(formula: FittedFormula, oil: Oil, size: int = SIZE) -> S
     fixed = {n: formula.ranges[n][0] for n in INPUTS if n in formula.ranges and n not in names}
 
     def log_mu(unit: Array) -> Array:
-        values = {name: _spread(formula, name, column) for name, column in zip(names, unit.T, strict=True)}
+        values = {
+            name: to_range(column, *formula.ranges[name], "linear" if name in _LINEAR else "log")
+            for name, column in zip(names, unit.T, strict=True)
+        }
         values |= {name: np.full(len(unit), value) for name, value in fixed.items()}
         rough = values.pop("roughness_rms", np.zeros(len(unit))) / np.sqrt(2.0)
         state = ContactState.of(
@@ -113,10 +117,3 @@ def formula_sensitivity(formula: FittedFormula, oil: Oil, size: int = SIZE) -> S
         return np.log(mu)
 
     return sobol_indices(log_mu, names, size)
-
-
-def _spread(formula: FittedFormula, name: str, unit: Array) -> Array:
-    low, high = formula.ranges[name]
-    if name in _LINEAR:
-        return np.asarray(low + unit * (high - low))
-    return np.asarray(low * (high / low) ** unit)

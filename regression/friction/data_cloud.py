@@ -12,19 +12,16 @@ import math
 from collections.abc import Mapping
 from enum import IntEnum
 from functools import cached_property
-from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import model_validator
 
-from ehl.common.errors import InputError
-from ehl.common.units import ValueRange
+from ehl.common.errors import InputError, check_choice
 from ehl.common.validation import InputModel
 from regression.friction.conditions import UNITS, Array, Conditions
+from regression.friction.error_tables import Finite, Positive
 
-Finite = Annotated[float, ValueRange("")]
-Positive = Annotated[float, ValueRange("", gt=0.0)]
 STORED_POINTS = 64  # number of representative cases, limited by the length of the file
 # margins with which 1 to 3 % of new points of the same plan count as outside
 PAIR_SLACK = 0.03  # of the spread of the cases
@@ -62,8 +59,7 @@ class DataCloud(InputModel):
     def _consistent(self) -> DataCloud:
         size = len(self.variables)
         for name in self.variables:
-            if name not in UNITS:
-                raise InputError("variables", name, "one of " + ", ".join(UNITS))
+            check_choice("variables", name, UNITS)
         if any(not 0 <= place < size for row in self.limits for place in row[:2]):
             raise InputError("limits", "an index of no variable", f"indices from 0 to {size - 1}")
         for field, rows in (("whitening", self.whitening), ("points", self.points)):

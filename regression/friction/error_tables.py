@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Annotated
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import model_validator
 
 from ehl.common.errors import InputError
@@ -13,6 +14,7 @@ from ehl.common.validation import InputModel
 from regression.friction.conditions import Array
 
 Finite = Annotated[float, ValueRange("")]
+Positive = Annotated[float, ValueRange("", gt=0.0)]
 Width = Annotated[float, ValueRange("", ge=0.0)]
 Share = Annotated[float, ValueRange("", ge=0.0, le=1.0)]
 
@@ -104,6 +106,11 @@ class WidthBand(InputModel):
             raise InputError("high", self.high, f"above the low end {self.low:.6g}")
         return self
 
+    def holds(self, film_ratio: Array) -> NDArray[np.bool_]:
+        """Whether each film ratio lies in the band."""
+        inside = film_ratio >= self.low
+        return inside if self.high is None else inside & (film_ratio < self.high)
+
 
 class ErrorInterval(InputModel):
     """Interval of the cross-validated error of ln mu: mu exp(-w) to mu exp(+w).
@@ -133,8 +140,5 @@ class ErrorInterval(InputModel):
         """
         width = np.full_like(film_ratio, self.log_width)
         for band in self.bands:
-            inside = film_ratio >= band.low
-            if band.high is not None:
-                inside = inside & (film_ratio < band.high)
-            width = np.where(inside, band.log_width, width)
+            width = np.where(band.holds(film_ratio), band.log_width, width)
         return width * deviation if self.normalised and deviation is not None else width

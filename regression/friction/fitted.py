@@ -3,7 +3,6 @@
 import hashlib
 import json
 import math
-import os
 import re
 from collections.abc import Mapping
 from functools import lru_cache
@@ -15,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, PrivateAttr, model_validator
 
-from ehl.common.data import data_names, data_path
-from ehl.common.errors import InputError, same_name
+from ehl.common.data import data_names, data_path, named_file
+from ehl.common.errors import InputError, check_choice
 from ehl.common.files import parse_json, read_text, write_file
 from ehl.common.quantities import quantity
 from ehl.common.threads import one_thread
@@ -102,14 +101,12 @@ class FittedFormula(FrictionModel, InputModel):
             if term not in self.coefficients:
                 raise InputError(f"coefficients.{term}", None, "a number")
         for term in self.coefficients:
-            if term not in family.terms:
-                raise InputError(f"coefficients.{term}", term, "one of " + ", ".join(family.terms))
+            check_choice(f"coefficients.{term}", term, family.terms)
         if self.equation != family.equation:
             hint = "The equation of the program differs: fit the formula again."
             raise InputError("equation", self.equation, f"that of family {family.name}: {family.equation}", hint)
         for name, (low, high) in self.ranges.items():
-            if name not in UNITS:
-                raise InputError(f"ranges.{name}", name, "one of " + ", ".join(UNITS))
+            check_choice(f"ranges.{name}", name, UNITS)
             if low > high:
                 unit = UNITS[name] or "1"
                 raise InputError(f"ranges.{name}", [low, high], f"the lower end first, then the upper one, in {unit}")
@@ -148,16 +145,8 @@ class FittedFormula(FrictionModel, InputModel):
         >>> Formula.load("75w90").family
         'short'
         """
-        shipped = data_names("formulas", ".json")
-        name = same_name(str(name), shipped)
-        if name in shipped:
-            path, shown = data_path("formulas", f"{name}.json"), name
-        else:
-            path = Path(name)
-            shown = path.name
-            if path.suffix != ".json" and not os.path.exists(path):
-                allowed = f"one of {', '.join(shipped)}, or the path of a formula file (.json)"
-                raise InputError("formula", str(name), allowed, "Check the name or the path.")
+        path = named_file("formula", "formulas", Path(name), ".json")
+        shown = path.stem if path.parent == data_path("formulas") else path.name
         formula: Self = _read(cls, str(path), read_text(path, "formula file", _ALLOWED))
         return formula.with_options(boundary_friction, refuse=refuse, name=shown)
 

@@ -14,20 +14,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import cached_property
-from typing import Annotated, Any, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from ehl.common.errors import InputError
-from ehl.common.units import ValueRange
+from ehl.common.errors import InputError, check_choice
 from ehl.common.validation import InputModel
 from regression.friction.conditions import GROUPS, UNITS, Array, Conditions
+from regression.friction.error_tables import Finite, Positive
 
 Real = TypeVar("Real", np.float64, np.float32)
-Finite = Annotated[float, ValueRange("")]
-Positive = Annotated[float, ValueRange("", gt=0.0)]
 # weight of the correction, mean of both outputs over the networks, their variances and covariance
 Statistics = tuple[Array, Array, Array, Array, Array, Array]
 Evaluate = Callable[[list[Array]], Sequence[Array]]
@@ -58,8 +56,7 @@ class Network(InputModel):
     def _consistent(self) -> Network:
         size = len(self.variables)
         for name in self.variables:
-            if name not in UNITS and name not in GROUPS and name not in (ODDS, FILM_PART):
-                raise InputError("variables", name, "one of " + ", ".join((*UNITS, *GROUPS, ODDS, FILM_PART)))
+            check_choice("variables", name, (*UNITS, *GROUPS, ODDS, FILM_PART))
         for field in ("mean", "scale", "low", "high"):
             if len(getattr(self, field)) != size:
                 raise InputError(field, f"{len(getattr(self, field))} numbers", f"{size}, one per variable")

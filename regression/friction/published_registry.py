@@ -96,8 +96,8 @@ class PublishedFriction(FrictionModel):
 
 def _by_name(function: Callable[..., Array], c: Conditions, base: str, **derived: Array | float) -> Array:
     """A formula of any oil at local conditions with the names of its arguments; the others are `derived`."""
-    names = [name for name in signature(function).parameters if name not in derived]
-    return function(**{name: c[name] for name in names}, **derived)
+    known = {**c, "roughness_ra": _mean_ra(c), **derived}
+    return function(**{name: known[name] for name in signature(function).parameters})
 
 
 def _mean_ra(c: Conditions) -> Array:
@@ -106,7 +106,7 @@ def _mean_ra(c: Conditions) -> Array:
 
 def _schlenk(c: Conditions, base: str) -> Array:
     factor = p.lubricant_factor_niemann(base, c["speed_sum"])
-    return _by_name(p.schlenk_1994, c, base, roughness_ra=_mean_ra(c), lubricant_factor=factor)
+    return _by_name(p.schlenk_1994, c, base, lubricant_factor=factor)
 
 
 def _iso_tr_14179_1(c: Conditions, base: str) -> Array:
@@ -118,11 +118,7 @@ def _iso_tr_14179_1(c: Conditions, base: str) -> Array:
 
 def _iso_tr_14179_2(c: Conditions, base: str) -> Array:
     diameter = 2.0 * c["radius_equivalent"] * (1.0 + 1.0 / 3.0) / np.sin(PRESSURE_ANGLE)
-    return _by_name(p.iso_tr_14179_2, c, base, roughness_ra=_mean_ra(c), pinion_diameter=diameter)
-
-
-def _odonoghue(c: Conditions, base: str) -> Array:
-    return _by_name(p.odonoghue_cameron_1966, c, base, roughness_ra=_mean_ra(c))
+    return _by_name(p.iso_tr_14179_2, c, base, pinion_diameter=diameter)
 
 
 def _arana_film(c: Conditions) -> Array:
@@ -252,7 +248,7 @@ _ENTRIES = (
         "odonoghue_cameron_1966",
         "O'Donoghue & Cameron 1966; disc tests",
         "unverified",
-        _odonoghue,
+        partial(_by_name, p.odonoghue_cameron_1966),
         applied="Ra = 0.798 Rq, mean of both; the unit of viscosity and the kind of rolling speed in the original are "
         "unknown, 2 and 11 % of mu",
         diverges=True,

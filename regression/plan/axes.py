@@ -1,18 +1,18 @@
 """Variables of a plan: a sampled range, the levels of a range, a list, or one value."""
 
 import math
+from collections.abc import Callable, Mapping
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BeforeValidator, create_model
 
-from ehl import inputs as case_inputs
 from ehl.common.errors import InputError, check_count, near
 from ehl.common.units import ValueRange, value_range
 from ehl.common.validation import InputModel, value_range_of
 from ehl.fluid.lubricant_inputs import PressureViscosity, Stress, Viscosity
-from ehl.fluid.viscosity import Temperature
 from ehl.inputs import SurfaceInput
+from regression.friction.conditions import POINT
 
 MAX_LEVELS = 1000
 
@@ -76,30 +76,32 @@ def _read_axis(value: Any, quantity: ValueRange) -> PlanAxis:
     return PlanAxis(values=evenly_spaced(low, high, scale, levels), scale=scale)
 
 
+REQUIRED = ("pressure_hertz", "radius_equivalent", "speed_entrainment", "slide_to_roll")
 # unit and range of every variable; the names are keys of a contact file, or ratios that exist in plans only
 VARIABLES: dict[str, ValueRange] = {
-    "pressure_hertz": value_range(case_inputs.Pressure),
-    "radius_equivalent": value_range(case_inputs.Radius),
-    "speed_entrainment": value_range(case_inputs.Speed),
-    "slide_to_roll": value_range(case_inputs.SlideToRoll),
-    "speed_sliding_lengthwise": value_range(case_inputs.SlidingSpeed),
-    "lengthwise_to_roll": value_range(case_inputs.SlideToRoll),
-    "temperature_oil": value_range(Temperature),
-    **dict.fromkeys(("roughness_rms", "roughness_rms_1", "roughness_rms_2"), value_range(case_inputs.Rms)),
-    **{
-        name: value_range_of(SurfaceInput, name)
-        for name in ("correlation_length", "peklenik_number", "boundary_film", "boundary_friction")
-    },
+    **{name: POINT[name] for name in (*REQUIRED, "speed_sliding_lengthwise")},
+    "lengthwise_to_roll": POINT["slide_to_roll"],
+    "temperature_oil": POINT["temperature_oil"],
+    **dict.fromkeys(("roughness_rms", "roughness_rms_1", "roughness_rms_2"), POINT["roughness_rms"]),
+    **{name: POINT[name] for name in ("correlation_length", "peklenik_number")},
+    **{name: value_range_of(SurfaceInput, name) for name in ("boundary_film", "boundary_friction")},
     "viscosity_inlet": value_range(Viscosity),
     "pressure_viscosity": value_range(PressureViscosity),
     "eyring_stress": value_range(Stress),
 }
-REQUIRED = ("pressure_hertz", "radius_equivalent", "speed_entrainment", "slide_to_roll")
 EXCLUSIVE = (
     ("lengthwise_to_roll", "speed_sliding_lengthwise"),
     ("roughness_rms", "roughness_rms_1"),
     ("roughness_rms", "roughness_rms_2"),
 )
+
+
+def optional_fields(entry: type, read: Callable[..., Any], quantities: Mapping[str, ValueRange]) -> dict[str, Any]:
+    """Fields of a model for `create_model`, one for each quantity: an entry that is read by a function, or None."""
+    return {
+        name: (Annotated[entry, BeforeValidator(partial(read, quantity=quantity))] | None, None)
+        for name, quantity in quantities.items()
+    }
 
 
 class _Variables(InputModel):
@@ -112,10 +114,6 @@ class _Variables(InputModel):
 if TYPE_CHECKING:
     Variables = _Variables
 else:
-
-    def _axis(quantity: ValueRange) -> Any:
-        return Annotated[PlanAxis, BeforeValidator(partial(_read_axis, quantity=quantity))] | None
-
-    _AXES = {name: (_axis(quantity), None) for name, quantity in VARIABLES.items()}
+    _AXES = optional_fields(PlanAxis, _read_axis, VARIABLES)
     Variables = create_model("Variables", __base__=_Variables, __module__=__name__, **_AXES)
     Variables.__doc__ = "The variables of a plan; omitted variables keep the default of the case."

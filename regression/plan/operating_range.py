@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +19,7 @@ from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 from ehl.common.files import toml_text
 from ehl.common.pages import TableResult
-from ehl.common.quantities import quantity, si_unit, to_display
+from ehl.common.quantities import quantity, rounded_towards, si_unit, to_display
 from ehl.common.table import Table
 from ehl.common.threads import one_thread
 from ehl.fluid.oil import Oil
@@ -162,7 +162,7 @@ class OperatingRange(TableResult):
         if "film_ratio" in ranges:
             low, high = _widened(ranges["film_ratio"].low, ranges["film_ratio"].high, "log", margin)
             content["constraints"] = {
-                "film_ratio": {"low": _rounded(low, math.floor), "high": _rounded(high, math.ceil)}
+                "film_ratio": {"low": rounded_towards(low, math.floor), "high": rounded_towards(high, math.ceil)}
             }
         content["lubricant"] = {"oil": oils[0] if len(oils) == 1 else list(oils)}
         return toml_text(content | {"model": {"accuracy": accuracy}})
@@ -262,12 +262,12 @@ def _axis(name: str, variable: VariableRange, scale: str, margin: float) -> floa
     if name == "lengthwise_to_roll" and high < MIN_SLIDING:
         return 0.0
     if high <= _ONE_VALUE * low:
-        return _value(_rounded(to_display(name, variable.median), math.floor), unit)
+        return _value(rounded_towards(to_display(name, variable.median), math.floor), unit)
     low, high = _widened(low, high, scale, margin)
     if name == "lengthwise_to_roll":
         low = max(low, 0.0)
     # rounded outwards in the display unit
-    low, high = _rounded(to_display(name, low), math.floor), _rounded(to_display(name, high), math.ceil)
+    low, high = rounded_towards(to_display(name, low), math.floor), rounded_towards(to_display(name, high), math.ceil)
     return {"low": _value(low, unit), "high": _value(high, unit), **({"scale": scale} if scale == "log" else {})}
 
 
@@ -277,14 +277,6 @@ def _widened(low: float, high: float, scale: str, margin: float) -> tuple[float,
         return low * math.exp(-step), high * math.exp(step)
     step = margin * (high - low)
     return low - step, high + step
-
-
-def _rounded(value: float, towards: Callable[[float], int]) -> float:
-    """The value to three digits."""
-    if value == 0.0:
-        return 0.0
-    digit = 10.0 ** (math.floor(math.log10(abs(value))) - 2)
-    return float(f"{towards(value / digit) * digit:.3g}")
 
 
 def _value(value: float, unit: str) -> float | str:

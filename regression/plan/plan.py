@@ -22,8 +22,8 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from ehl import inputs as case_inputs
 from ehl.common.arrays import FloatArray, IntArray
-from ehl.common.data import data_names, data_path
-from ehl.common.errors import InputError, same_name
+from ehl.common.data import named_file
+from ehl.common.errors import InputError
 from ehl.common.files import parse_json, parse_toml
 from ehl.common.pages import Reportable
 from ehl.common.sections import Head, Medium, Section
@@ -31,11 +31,10 @@ from ehl.common.table import Table
 from ehl.common.table_reader import Column, read_columns
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel, Name, read_toml, validate
-from ehl.contact import Contact
+from ehl.contact import KEYWORDS, Contact
 from ehl.fluid.lubricant_inputs import DirectLubricant, OilLubricant
 from ehl.inputs import ModelInput, SolidInput, SurfaceInput
 from ehl.material import Material, effective_modulus
-from ehl.sequence import MOTION
 from ehl.surface.finish import default_correlation_length
 from regression.friction.conditions import LUBRICANT_UNITS, derive, lubricant_columns
 from regression.plan.axes import EXCLUSIVE, REQUIRED, VARIABLES, PlanAxis, Variables, evenly_spaced
@@ -44,6 +43,7 @@ from regression.plan.sampling import (
     Accept,
     BoxSampler,
     Constraints,
+    ConstraintWindow,
     PointBlock,
     constrained_quantities,
     filtered,
@@ -175,9 +175,7 @@ class Plan(InputModel, Reportable):
         >>> Plan.from_file("demo", ["lubricant.oil=fva3"]).oils
         ('fva3',)
         """
-        name = same_name(str(path), data_names("plans"))
-        if name in data_names("plans"):
-            path = data_path("plans", f"{name}.toml")
+        path = named_file("file", "plans", path)
         content = read_toml(path, "plan")
         if not content:
             hint = "Copy a shipped plan, or see docs/sweep.md."
@@ -186,7 +184,7 @@ class Plan(InputModel, Reportable):
             _apply(content, change)
         table = content.get("table")
         if isinstance(table, dict) and isinstance(table.get("file"), str):
-            content["table"] = {**table, "file": str(Path(path).parent / table["file"])}
+            content["table"] = {**table, "file": str(path.parent / table["file"])}
         return validate(cls, content)
 
     @classmethod
@@ -219,20 +217,12 @@ class Plan(InputModel, Reportable):
         """Read a plan stored in a result file: validated values in SI units, with all defaults."""
         stored = parse_json(text, "plan", "of a result file")
         content = {key: value for key, value in stored.items() if value not in (None, {})}
-        for key in ("sampling", "solid_1", "solid_2", "surface", "model"):
-            defaults = json.loads(cls.model_fields[key].default.model_dump_json())
-            content[key] = {k: v for k, v in stored.get(key, {}).items() if v != defaults.get(k)}
-        axes = {name: axis for name, axis in stored["variables"].items() if axis is not None}
-        content["variables"] = {
-            name: {"low": axis["values"][0], "high": axis["values"][-1], "scale": axis["scale"]}
-            if axis["sampled"]
-            else axis["values"]
-            for name, axis in axes.items()
-        }
-        windows = {name: window for name, window in stored.get("constraints", {}).items() if window is not None}
-        content["constraints"] = {
-            name: {end: value for end, value in window.items() if value is not None} for name, window in windows.items()
-        }
+        for key, field in cls.model_fields.items():
+            if isinstance(field.default, InputModel):
+                defaults = json.loads(field.default.model_dump_json())
+                content[key] = {k: v for k, v in stored.get(key, {}).items() if v != defaults.get(k)}
+        for key, kind in (("variables", PlanAxis), ("constraints", ConstraintWindow)):
+            content[key] = {name: validate(kind, entry, f"plan.{key}.{name}") for name, entry in content[key].items()}
         return validate(cls, content)
 
     @model_validator(mode="after")
@@ -272,7 +262,7 @@ class Plan(InputModel, Reportable):
                 raise InputError(f"variables.{one}", "given", f"only one of {one} and {other}")
         for name in sorted(set(self.lubricant) & given):
             raise InputError(f"lubricant.{name}", self.lubricant[name], f"either lubricant.{name} or variables.{name}")
-        taken = {"roughness_rms_1", "roughness_rms_2", "profile_1", "profile_2"} | (given & set(TABLE_OF))
+        taken = {"roughness_rms_1", "roughness_rms_2", "profile_1", "profile_2"} | given
         for name in sorted(taken & self.surface.model_fields_set):
             allowed = f"{name} of [variables]" if name in given else "roughness_rms, roughness_rms_1 or roughness_rms_2"
             raise InputError(f"surface.{name}", getattr(self.surface, name), f"{allowed} of [variables]")
@@ -460,7 +450,7 @@ class Plan(InputModel, Reportable):
         self, columns: Mapping[str, FloatArray], oils: Sequence[str | None]
     ) -> dict[str, FloatArray]:
         """Columns of `regression.friction.conditions.LUBRICANT_UNITS` at the points."""
-        names = [name for name in columns if TABLE_OF.get(name) == "lubricant" and name != "temperature_oil"]
+        names = [name for name in columns if name in DirectLubricant.model_fields and name != "temperature_oil"]
         # groups of points that differ in temperature only
         groups: dict[tuple[Any, ...], list[int]] = {}
         for i, oil in enumerate(oils):
@@ -587,21 +577,11 @@ class Plan(InputModel, Reportable):
             "surface": self.surface.model_dump(exclude_unset=True) | ({} if seed is None else {"seed": seed}),
         }
         for name, value in _expanded(values).items():
-            tables[TABLE_OF[name]][name] = value
+            tables[KEYWORDS[name][0]][name] = value
         if self.effective_modulus is not None:
             tables["contact"]["effective_modulus"] = self.effective_modulus
         bodies = {"solid_1": self.solid_1, "solid_2": self.solid_2, "model": self.model}
         return validate(Contact, {**tables, **bodies})
-
-
-TABLE_OF = {
-    **dict.fromkeys(MOTION, "contact"),
-    **dict.fromkeys(("temperature_oil", "viscosity_inlet", "pressure_viscosity", "eyring_stress"), "lubricant"),
-    **dict.fromkeys(
-        ("roughness_rms_1", "roughness_rms_2", "correlation_length", "peklenik_number", "boundary_film"), "surface"
-    ),
-    "boundary_friction": "surface",
-}
 
 
 def _expanded(values: Mapping[str, Any]) -> dict[str, Any]:

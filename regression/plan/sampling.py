@@ -8,12 +8,11 @@ Each is a window on one quantity that follows from a point by a closed formula.
 import itertools
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import partial
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BeforeValidator, create_model
+from pydantic import create_model
 from scipy.stats import qmc
 
 from ehl.common.arrays import FloatArray, IntArray
@@ -25,7 +24,7 @@ from ehl.inputs import LoadPerLength, SlidingSpeed
 from ehl.line_contact import blok_1937, half_width_of_pressure, hertz_load
 from ehl.material import Material
 from regression.friction.conditions import MIN_ROUGHNESS
-from regression.plan.axes import PlanAxis, read_ends
+from regression.plan.axes import PlanAxis, optional_fields, read_ends
 
 FLASH_FRICTION = 0.05  # friction coefficient of the flash temperature constraint (Coleman's constant)
 
@@ -79,11 +78,7 @@ class _Constraints(InputModel):
 if TYPE_CHECKING:
     Constraints = _Constraints
 else:
-
-    def _window(quantity: ValueRange) -> Any:
-        return Annotated[ConstraintWindow, BeforeValidator(partial(_read_window, quantity=quantity))] | None
-
-    _FIELDS = {name: (_window(quantity), None) for name, quantity in WINDOWS.items()}
+    _FIELDS = optional_fields(ConstraintWindow, _read_window, WINDOWS)
     Constraints = create_model("Constraints", __base__=_Constraints, __module__=__name__, **_FIELDS)
     Constraints.__doc__ = "Windows that every point must satisfy."
 

@@ -11,7 +11,7 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
 from types import FrameType
 from typing import Any, get_args
@@ -22,6 +22,7 @@ from pydantic import BaseModel
 from ehl.common.errors import ConvergenceError
 from ehl.contact import Contact
 from ehl.fluid.lubricant_inputs import OilLubricant
+from ehl.fluid.oil import Oil
 from ehl.inputs import Accuracy
 from ehl.sequence import MOTION
 from regression.data.result_files import OUTPUT_UNITS, SURFACE_UNITS
@@ -99,20 +100,15 @@ class _TimeCapReached(BaseException):
     """Not an `Exception`, so that a solver that catches exceptions does not suppress it."""
 
 
-@contextmanager
-def _time_limit(seconds: float | None) -> Iterator[None]:
+def _time_limit(seconds: float | None) -> AbstractContextManager[None]:
     """Raise `_TimeCapReached` in the block after a time, and again every second.
 
     The repetition is needed because exceptions inside callbacks, for example of a compiler, are suppressed.
     """
     if seconds is None:
-        yield
-    elif hasattr(signal, "setitimer") and threading.current_thread() is threading.main_thread():
-        with _alarm(seconds):
-            yield
-    else:
-        with _thread_alarm(seconds):
-            yield
+        return nullcontext()
+    signals = hasattr(signal, "setitimer") and threading.current_thread() is threading.main_thread()
+    return _alarm(seconds) if signals else _thread_alarm(seconds)
 
 
 @contextmanager
@@ -225,8 +221,6 @@ def published_outputs(case: Contact, name: str) -> Outputs:
     columns = derive({key: np.array([value]) for key, value in input_row(case).items() if key in UNITS})
     base = "mineral"
     if isinstance(case.lubricant, OilLubricant):
-        from ehl.fluid.oil import Oil
-
         base = Oil.load(case.lubricant.oil).base
     mu, _ = PUBLISHED[name].values(columns, base)
     if np.isnan(mu[0]):

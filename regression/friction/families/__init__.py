@@ -5,7 +5,7 @@ speed_sliding (magnitude of the sliding vector), `short` also on the magnitude o
 the sign of the sliding.
 """
 
-from ehl.common.errors import InputError
+from ehl.common.errors import check_choice
 from regression.friction.families.family import Family
 from regression.friction.families.linear import POWER_LAW, REGIMES, XU
 from regression.friction.families.short import SHORT, short_parts
@@ -17,6 +17,5 @@ FAMILIES: dict[str, Family] = {family.name: family for family in (XU, POWER_LAW,
 
 def family_named(name: str) -> Family:
     """The family of that name; `InputError` with the available names if there is none."""
-    if name not in FAMILIES:
-        raise InputError("family", name, "one of " + ", ".join(FAMILIES))
+    check_choice("family", name, FAMILIES)
     return FAMILIES[name]

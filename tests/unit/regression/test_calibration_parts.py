@@ -26,6 +26,8 @@ from regression.calibration.prediction import contact_groups, hertz_point_pressu
 from regression.calibration.report import calibrated_card
 from regression.calibration.search import surrogate_at
 from regression.calibration.setup import CalibrationSetup, card_with, lubricant_of, start_values
+from regression.friction.fitted import FittedFormula
+from regression.friction.models import FrictionFlag
 
 STEEL = 206e9 / (1.0 - 0.3**2)  # E' of the shipped steel on itself
 WARM = 353.15
@@ -191,6 +193,9 @@ def test_card_is_written_read_and_used(tmp_path: Path, monkeypatch: pytest.Monke
     write_card(card, Path("mine.toml"), "Mine")
     again = Oil.load("mine.toml")
     assert again == card
+    # as a key of caches, and in a formula of another oil
+    assert hash(again) == hash(card)
+    assert FittedFormula.load("fva3").oil_flag(again) == FrictionFlag.OTHER_OIL
     # a card written anew is read anew
     text = Path("mine.toml").read_text(encoding="utf-8")
     Path("mine.toml").write_text(text.replace("density_15 = ", "density_15 = 890.0 # "), encoding="utf-8")

@@ -117,6 +117,12 @@ def test_a_plan_is_read_back_from_what_files_store(name: str) -> None:
     assert back.case_at(5).model_dump_json() == plan.case_at(5).model_dump_json()
 
 
+def test_levels_keep_their_scale_in_what_files_store() -> None:
+    levels = {"speed_entrainment": {"low": 2.0, "high": 8.0, "scale": "log", "levels": 3}}
+    plan = regression.Plan.from_dict(gear_plan("levels", {"size": 8}, **levels))
+    assert regression.Plan.from_json(plan.model_dump_json()).plan_hash == plan.plan_hash
+
+
 PLAN = gear_plan(
     "report", {"size": 64, "corners": True}, roughness_rms={"low": "0.1 um", "high": "0.6 um", "scale": "log"}
 )

@@ -57,13 +57,19 @@ def test_the_same_row_twice_is_no_realisation() -> None:
 
 
 def test_points_of_several_profiles_become_their_mean_and_its_noise() -> None:
-    frame = repeated().assign(statistical_error=0.02, friction_fluid=0.01)
+    # half of the profiles have a common error of 3 %, the others of 5 %
+    stated = np.hypot(np.where(np.arange(POINTS * SEEDS) % 2 == 0, 0.03, 0.05), 0.02)
+    frame = repeated().assign(statistical_error=0.02, friction_error=stated, friction_fluid=0.01)
     rows = expected_rows(frame)
     assert len(rows) == POINTS
     assert (rows["realisations"] == SEEDS).all()
     first = frame["friction_coefficient"].to_numpy().reshape(POINTS, SEEDS)
     np.testing.assert_allclose(rows["friction_coefficient"], first.mean(axis=1), rtol=1e-12)
     np.testing.assert_allclose(rows["statistical_error"], 0.02 / np.sqrt(SEEDS), rtol=1e-12)
+    of_mean = np.sqrt((0.03**2 + 0.05**2) / 2.0 + 0.02**2 / SEEDS)
+    np.testing.assert_allclose(rows["friction_error"], of_mean, rtol=1e-12)
+    unknown = expected_rows(frame.assign(friction_error=np.nan))["friction_error"]
+    assert unknown.isna().all()
     for ratio, scatter in ((0.3, 0.05), (3.0, 0.01)):
         noise = rows.loc[rows["film_ratio"] == ratio, "noise_variance"]
         assert noise.nunique() == 1, "one scatter for a band of lambda, whatever a point itself scatters"
