@@ -245,15 +245,6 @@ def test_original_yasutomi_form_never_thins_under_pressure() -> None:
         np.testing.assert_allclose(value[rising], plain[rising], rtol=1e-9)
 
 
-@pytest.mark.parametrize("law", [BarusLaw(18e-9, 353.15, 0.03), RelativeLaw(T9, 353.15), arana(*M100, 80.0)])
-def test_rise_under_pressure_alone_is_multiplied(law: BarusLaw | RelativeLaw | ModulusLaw) -> None:
-    pressure, warm = np.array([0.0, 0.5e9, 1e9]), np.full(3, 393.15)
-    ambient = law.log_ratio(np.zeros(3), warm)
-    wanted = ambient + 1.3 * (law.log_ratio(pressure, warm) - ambient)
-    np.testing.assert_allclose(ScaledRise(law, 1.3).log_ratio(pressure, warm), wanted, rtol=1e-12)
-    np.testing.assert_allclose(ScaledRise(law, 1.3).log_ratio(pressure), 1.3 * law.log_ratio(pressure), rtol=1e-12)
-
-
 @pytest.mark.parametrize(
     ("state", "power"),
     [

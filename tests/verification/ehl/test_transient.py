@@ -109,12 +109,13 @@ def test_each_step_balances_mass() -> None:
     assert worst < 1e-3
 
 
-def test_dry_limit_agrees_with_a_dry_contact_solution() -> None:
+@pytest.mark.parametrize("peklenik_number", [1.0, math.inf])
+def test_dry_limit_agrees_with_a_dry_contact_solution(peklenik_number: float) -> None:
     """Complementary film and pressure: with a positive definite kernel there is one such solution of the dry contact.
 
     With side flow the tips are those of the lateral mode, at the deflection of the mean pressure.
     """
-    run = make_run(line(1.0), oil(1e-6, 1e-11), rough(0.4e-6), nodes=160, peklenik_number=1.0)
+    run = make_run(line(1.0), oil(1e-6, 1e-11), rough(0.4e-6), nodes=160, peklenik_number=peklenik_number)
     records = roll(run, 16.0)
     assert records[-1, SHARE] > 0.98
     total = run.state.fluid_pressure + run.state.contact_pressure
