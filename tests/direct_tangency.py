@@ -7,7 +7,6 @@ flank. Newton's method from the place that the path says; no ease-off, no map, n
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
 from efficiency.contact.contact_search import ContactPath
 from efficiency.contact.ease_off import conjugate_points, ease_off
@@ -16,8 +15,7 @@ from efficiency.cutting import newton
 from efficiency.cutting.blank import Blank
 from efficiency.cutting.machine import cross, turn
 from efficiency.cutting.newton import Array
-
-FloatArray = NDArray[np.float64]
+from ehl.common.arrays import FloatArray, IntArray
 
 
 def _rim(blank: Blank, edge: str, point: Array) -> tuple[Array, Array]:
@@ -78,7 +76,7 @@ def touching(surface: MeshSurface, f1: FloatArray, x: FloatArray, edge: str = ""
     return found
 
 
-def start_at(surface: MeshSurface, path: ContactPath, at: NDArray[np.int64]) -> FloatArray:
+def start_at(surface: MeshSurface, path: ContactPath, at: IntArray) -> FloatArray:
     """Starts for Newton's method near points of a contact path, (7, n)."""
     on_gear, _ = surface.gear.solve(path.u[at], path.height[at])
     conjugate = conjugate_points(on_gear, surface.assembly)

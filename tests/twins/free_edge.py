@@ -9,11 +9,11 @@ from itertools import pairwise
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from skfem import Basis, BilinearForm, ElementQuad2, ElementVector, FacetBasis, LinearForm, MeshQuad, condense, solve
 from skfem.helpers import ddot, sym_grad, trace
 
-FloatArray = NDArray[np.float64]
+from ehl.common.arrays import FloatArray
+
 Body = Literal["quarter-plane", "strip"]
 
 # extent of the body in depths; elements across the load and how fast they grow away from it

@@ -12,9 +12,8 @@ from efficiency.ltca import equilibrium
 from efficiency.ltca.edge_contact import EdgeSection, free_edge_compliance
 from efficiency.ltca.equilibrium import solve_equilibrium
 from efficiency.ltca.load_distribution import LocalApproach, weber_local
+from ehl.common.arrays import FloatArray
 from ehl.material import Material, effective_modulus
-
-FloatArray = np.ndarray
 
 
 def springs(stiffness: float):
