@@ -11,8 +11,12 @@ from twins.rough_scenes import Scene, gaussian_pair, line
 from ehl.compile.compiler import FAST_KERNEL, kernel
 from ehl.fluid.density import INCOMPRESSIBLE
 from ehl.fluid.lubricant import Lubricant
+from ehl.line_contact import LineContact
 from ehl.rough._kernels.motion import move_surfaces
 from ehl.rough._kernels.newton import NEWTON, add_side_flow, poiseuille_flow
+from ehl.rough._kernels.records import TRAVEL
+from ehl.rough.dry import solve_dry
+from ehl.rough.run import TransientRun
 
 FLOOR = 0.02  # gap of rigid surfaces where they would overlap, in roughness
 
@@ -107,3 +111,17 @@ def flow_factor_model(mean: float, gamma: float, correlation: float = 24.0, seed
     # a smooth gap of the same mean height carries this
     smooth = model.fluid.flux * float(np.mean(heights) / problem.units.film) ** 3 * (linear[0] - linear[-1]) / (n - 1)
     return float(flow[inner].mean() / smooth)
+
+
+def dry_error(run: TransientRun, contact: LineContact) -> tuple[float, float, float]:
+    """L1 difference of the pressures, contact lengths of run and of `ehl.rough.dry` over b, at the run's geometry."""
+    problem = run.problem
+    units, surfaces = problem.units, problem.model.surfaces
+    gap = np.zeros(problem.x.size)
+    move_surfaces(gap, run.state.scalars[TRAVEL], surfaces)
+    x = problem.x * units.half_width
+    total = (run.state.fluid_pressure + run.state.contact_pressure) * units.pressure
+    dry = solve_dry(contact, x, -(gap - surfaces.parabola) * units.film, hardness=8e9)
+    length = np.count_nonzero(run.state.contact_pressure > 0.0) * units.spacing
+    difference = float(np.abs(dry.pressure - total).sum() / total.sum())
+    return difference, length / contact.half_width, dry.contact_length / contact.half_width

@@ -7,14 +7,13 @@ from functools import cache
 import numpy as np
 import pytest
 from samples import AXLE_OIL as OIL
-from samples import tiny_load
 
 import efficiency
 from efficiency.contact.contact_lines import MeshPosition
 from efficiency.cylindrical_gears.contact_lines import cylindrical_tooth
 from efficiency.design.design import load_design
 from efficiency.loss.closed_form import PitchGeometry, buckingham_type, coleman_type, lengthwise_sliding
-from efficiency.loss.efficiency import MeshGrids, load_grids, mesh_efficiency, solve_balanced
+from efficiency.loss.efficiency import MeshGrids, load_grids, solve_balanced
 from efficiency.loss.ehl_friction import EhlFriction
 from efficiency.loss.kinematics import Axis, Driver, Operation, loaded_points
 from efficiency.ltca.load_distribution import LoadDistribution, PositionLoad, TeethElasticity, distribute_load
@@ -221,16 +220,6 @@ def test_interval_of_the_formula_contains_solved_contacts(kind: str) -> None:
     assert formula.outside_range_share < 0.01
     assert formula.efficiency_lower < solved.efficiency < formula.efficiency_upper
     assert solved.efficiency_lower < formula.efficiency < solved.efficiency_upper
-
-
-def test_no_friction_no_loss_either_way() -> None:
-    loaded = tiny_load()
-    for driver in ("pinion", "gear"):
-        result = mesh_efficiency(loaded, ConstantFriction(0.0), OIL, replace(OPERATION, driver=driver))
-        assert (result.efficiency, result.power_loss) == (1.0, 0.0)
-        # rolling goes on, and is told apart
-        assert result.power_loss_rolling > 0.0
-        assert 0.99 < result.efficiency_with_rolling < 1.0
 
 
 ANGLES = [math.radians(angle) for angle in (20.0, 48.0, 22.0, 25.0, 63.0)]

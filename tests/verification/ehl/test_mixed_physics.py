@@ -1,8 +1,10 @@
 """The deterministic rough solver against independent solutions."""
 
+import math
+
 import numpy as np
 import pytest
-from twins.rough_limits import FLOOR, flow_factor_direct, flow_factor_model, gaussian_plane
+from twins.rough_limits import FLOOR, dry_error, flow_factor_direct, flow_factor_model, gaussian_plane
 from twins.rough_scenes import Scene, eyring_oil, friction, gaussian_pair, line, speed_of_film_ratio
 from twins.waviness import attenuation, curve, linear_attenuation, mesh_of, oil_of
 
@@ -63,3 +65,15 @@ def test_waviness_is_flattened_as_in_linear_theory(wavelength: float, speed: flo
     smooth = solve_steady(contact, oil, accuracy="standard")
     exact = linear_attenuation(contact, oil, smooth, wavelength, max(90.0, 30.0 / wavelength))
     assert value == pytest.approx(exact, rel=0.005)
+
+
+def test_without_oil_the_contact_is_the_dry_one() -> None:
+    """Long ridges; the lateral mode is compared in `test_transient.py`."""
+    contact = line(0.02)
+    scene = Scene(contact, eyring_oil(1e-6, 1e-11), gaussian_pair(contact, RMS, 0.1), 20e-9, math.inf)
+    run = scene.run(80.0)
+    records, _ = run.advance(300)
+    difference, touching, dry = dry_error(run, contact)
+    assert records[-1, SHARE] > 0.999
+    assert difference < 2e-3
+    assert touching == pytest.approx(dry, rel=0.02)

@@ -56,6 +56,7 @@ def test_smooth_friction_converges_with_second_order_and_is_extrapolated(speed: 
         assert abs(result.friction_coefficient / exact - 1.0) < min(0.35 * error, result.mesh_error)
     middle = np.abs(steady.x) < 0.8 * contact.half_width
     mean = np.trapezoid(steady.film[middle], steady.x[middle]) / np.ptp(steady.x[middle])
+    assert results[-1].friction_coefficient == pytest.approx(exact, rel=5e-4)
     assert results[-1].film_mean == pytest.approx(float(mean), rel=2e-3)
 
 
