@@ -8,15 +8,13 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ehl.common.arrays import FloatArray
 from ehl.fluid.oil import Oil
 from ehl.line_contact import moes_1992
 from regression.calibration.measurement import Measurement
 from regression.calibration.prediction import FrictionSolver, FrozenFilm
 from regression.calibration.setup import CalibrationSetup, card_with, lubricant_of
-
-Array = NDArray[np.float64]
 
 
 class OneLineSolver(FrictionSolver):
@@ -25,7 +23,7 @@ class OneLineSolver(FrictionSolver):
     Asperities of rough rows carry the share exp(-h/h_boundary), the film the rest.
     """
 
-    def parts(self, sets: Sequence[Mapping[str, float]], rows: Any = None) -> Array:
+    def parts(self, sets: Sequence[Mapping[str, float]], rows: Any = None) -> FloatArray:
         out = np.full((len(sets), self.roughness.size, 3), np.nan)
         for k, values in enumerate(sets):
             films: list[FrozenFilm] = []

@@ -8,12 +8,10 @@ numerically. Curvature is positive where the flank is hollow seen from outside t
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from efficiency.cutting.flank import Flank
 from efficiency.cutting.machine import cross, dot
-
-FloatArray = NDArray[np.float64]
+from ehl.common.arrays import FloatArray
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
-from numpy.typing import NDArray
 from scipy.sparse import coo_matrix, diags_array, kron
 from scipy.sparse.linalg import cg
 from skfem import Basis, ElementHex2, ElementVector, MeshHex
@@ -23,13 +22,11 @@ from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from efficiency.contact.gear_flanks import Member
 from efficiency.contact.tooth_grid import ToothGrid, tooth_grid
+from efficiency.cutting.machine import rotation
 from efficiency.design.design import Design, load_design
 from efficiency.ltca.ritz_solid import ORDERS, Orders
 from efficiency.ltca.solid_tooth import SolidTooth, solid_tooth_of
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
+from ehl.common.arrays import FloatArray, IntArray
 
 
 @dataclass(frozen=True)
@@ -86,8 +83,9 @@ class ToothElements:
         fixed = np.any([held_at[name] for name in held], axis=0)
         last = places[2] == 2 * self.columns
         first = (places[2] == 0) & body
-        closing = _closing(places, first, last, grid.pitch * cells)
-        self.expand = closing[:, np.tile(~fixed & ~last, 3)].tocsr()
+        # both in the order of stations and levels
+        at = [np.flatnonzero(side)[np.lexsort(places[1::-1, side])] for side in (first, last)]
+        self.expand = closing(self.basis.N, *at, grid.pitch * cells)[:, np.tile(~fixed & ~last, 3)].tocsr()
         self.stiffness = (self.expand.T @ stiffness @ self.expand).tocsr()
 
     def node(self, rows: IntArray, stations: IntArray, upper: bool, tooth: int = 0) -> IntArray:
@@ -132,19 +130,12 @@ def elasticity(basis: Basis, youngs_modulus: float, poisson_ratio: float) -> Any
     return stiffness[order][:, order]
 
 
-def _closing(places: IntArray, first: BoolArray, last: BoolArray, angle: float) -> Any:
-    """Square matrix that writes the displacements of the last side as those of the first, turned."""
-    c, s = np.cos(angle), np.sin(angle)
-    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-
-    def in_order(side: BoolArray) -> IntArray:
-        at = np.flatnonzero(side)
-        return at[np.lexsort((places[1, at], places[0, at]))]
-
-    size = places.shape[1]
-    pairs = coo_matrix((np.ones(int(last.sum())), (in_order(last), in_order(first))), shape=(size, size))
-    keep = coo_matrix((np.ones(size - int(last.sum())), (np.flatnonzero(~last),) * 2), shape=(size, size))
-    return (kron(np.eye(3), keep) + kron(turn, pairs)).tocsc()
+def closing(size: int, first: IntArray, last: IntArray, angle: float) -> Any:
+    """Square matrix that writes the displacements of the last nodes as those of the first, turned."""
+    pairs = coo_matrix((np.ones(last.size), (last, first)), shape=(size, size))
+    rest = np.setdiff1d(np.arange(size), last)
+    keep = coo_matrix((np.ones(rest.size), (rest, rest)), shape=(size, size))
+    return (kron(np.eye(3), keep) + kron(rotation(angle), pairs)).tocsc()
 
 
 def _section(grid: ToothGrid, counts: Counts, cells: int, rim: float) -> tuple[FloatArray, FloatArray]:
@@ -202,8 +193,7 @@ def nine_points(design: Design, member: Member, counts: Counts, cells: int) -> N
     own = elements.at(deflection, nodes, normals)
     ahead = own
     if cells > 1:
-        c, s = np.cos(grid.pitch), np.sin(grid.pitch)
-        turned = normals @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+        turned = normals @ rotation(grid.pitch).T
         ahead = elements.at(deflection, elements.node(rows, columns, upper, 1), turned)
     face = grid.u[0] - grid.u[0, 0]
     height = grid.height[rows, columns] - blank.root(grid.u[0, columns])

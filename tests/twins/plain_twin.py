@@ -9,18 +9,16 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.linalg import solve, toeplitz
 
+from ehl.common.arrays import FloatArray
 from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
 from ehl.rough.dry import DeflectionOperator
 from ehl.rough.scaling import inlet_wedge, rough_length, solved_length
 from ehl.rough.surfaces import RoughSurfaces
 from ehl.surface.roughness import RoughProfile
-
-Array = NDArray[np.float64]
 
 FRONT, RAMP = -1.3, 0.3  # where the roughness starts and how softly [b]
 # iterations, share of the derivatives of the conductance, relaxation
@@ -78,19 +76,19 @@ class PlainTwin:
         self.level = film - float(rigid[np.abs(self.x) < 0.7 * b].mean())
         mass = self.density(self.p) * np.maximum(self.level + rigid, 0.9 * film)
         self.mass = np.where(self.x > 0.0, np.minimum(mass, 1.3 * film), mass)
-        self.mass_before: Array | None = None
-        self.last: tuple[Array, Array, Array] | None = None
+        self.mass_before: FloatArray | None = None
+        self.last: tuple[FloatArray, FloatArray, FloatArray] | None = None
         self.solved = (self.p, self.c, self.level)
 
-    def density(self, p: Array) -> Array:
+    def density(self, p: FloatArray) -> FloatArray:
         """rho/rho0 of a pressure in p_h."""
         return self.lubricant.density_ratio(np.maximum(p, 0.0) * self.contact.pressure_hertz)
 
-    def deflection(self) -> Array:
+    def deflection(self) -> FloatArray:
         """V of both pressures [m]."""
         return self.operator((self.p + self.c) * self.contact.pressure_hertz)
 
-    def gap(self, step: int) -> Array:
+    def gap(self, step: int) -> FloatArray:
         """Rigid gap after a number of steps, without the approach [m]."""
         time = step * self.dx / self.contact.speed_entrainment
         rough = np.zeros(self.x.size)
@@ -101,7 +99,7 @@ class PlainTwin:
         s = np.clip((FRONT + step * self.dx / b - self.x / b) / RAMP, 0.0, 1.0)
         return self.x**2 / (2.0 * self.contact.radius_equivalent) + s * s * (3.0 - 2.0 * s) * rough
 
-    def upstream_mass(self) -> tuple[Array, Array]:
+    def upstream_mass(self) -> tuple[FloatArray, FloatArray]:
         """Mass at the upstream end of the characteristic, weight of the sources (BDF2; Euler where film breaks)."""
         upstream_mass, weight = np.append(self.mass[0], self.mass[:-1]), np.ones(self.x.size)
         if self.mass_before is not None:
@@ -111,7 +109,7 @@ class PlainTwin:
             weight[2:] = np.where(good, 2.0 / 3.0, 1.0)
         return upstream_mass, weight
 
-    def conductance(self, h: Array) -> tuple[Array, Array, Array]:
+    def conductance(self, h: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """dt p_h rho h^3 cosh S/(12 eta dx^2) between the nodes and its derivatives by film and pressure."""
         contact, oil = self.contact, self.lubricant
         film = np.maximum(0.5 * (h[1:] + h[:-1]), self.boundary_film)
@@ -151,7 +149,7 @@ class PlainTwin:
         share = self.c.sum() * self.contact.pressure_hertz * self.dx / self.contact.load_per_length
         return float(fluid + self.boundary_friction * share), float(h[middle].mean())
 
-    def _solve(self, problem: tuple[Array, Array, Array]) -> None:
+    def _solve(self, problem: tuple[FloatArray, FloatArray, FloatArray]) -> None:
         """Newton; where its sets cycle, the way from the last step's problem in parts (same solution, other way)."""
         start, done, part = (self.p, self.c, self.level), 0.0, 1.0
         while done < 1.0:
@@ -170,7 +168,7 @@ class PlainTwin:
             self.p, self.c, self.level = start
         self.last, self.solved = problem, (self.p, self.c, self.level)
 
-    def _converge(self, problem: list[Array] | tuple[Array, ...]) -> bool:
+    def _converge(self, problem: list[FloatArray] | tuple[FloatArray, ...]) -> bool:
         """Newton and, where it stalls, turns of relaxed iterations with the present conductance and Newton."""
         for count, slopes, relaxation in TURNS:
             for _ in range(count):
@@ -178,11 +176,13 @@ class PlainTwin:
                     return True
         return False
 
-    def _inflow(self, h: Array, weight: Array) -> Array:
+    def _inflow(self, h: FloatArray, weight: FloatArray) -> FloatArray:
         flow = np.append(self.conductance(h)[0] * np.diff(self.p), 0.0)
         return weight * np.diff(flow, prepend=0.0)
 
-    def _newton(self, rigid: Array, upstream_mass: Array, weight: Array, slopes: float, relaxation: float) -> bool:
+    def _newton(
+        self, rigid: FloatArray, upstream_mass: FloatArray, weight: FloatArray, slopes: float, relaxation: float
+    ) -> bool:
         """One iteration on the present active sets; True when it changed nothing that matters."""
         n = self.x.size
         h = self.level + rigid + self.deflection()

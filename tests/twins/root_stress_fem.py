@@ -1,10 +1,8 @@
 """Root stress under the pair's own contact forces against other finite elements of the same teeth.
 
-An independent second computation: 27-node hexahedra of scikit-fem with curved sides on the cut flanks, fillets and
-roots (`tooth_grid`, `root_profile`); four blocks a section that meet in the middle of the fillets; a ring of three
-teeth; each contact force spread over the nodes of the face that it acts on; greatest principal stress of the full
-tensor at the Gauss points of the faces of the fillet. Conjugate gradients. As a script it prints the table of
-docs/strength.md.
+An independent second computation on the nodes of `root_mesh`: 27-node hexahedra of scikit-fem, a ring of three teeth in
+one system, each contact force spread over the nodes of the face that it acts on, greatest principal stress of the full
+tensor at the Gauss points of the faces of the fillet. As a script it prints both methods for every design and member.
 """
 
 import sys
@@ -12,36 +10,27 @@ import time
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.sparse import block_diag, coo_matrix, kron, lil_matrix
+from scipy.sparse import coo_matrix, diags_array, kron
 from scipy.sparse.linalg import LinearOperator, cg, splu
-from skfem import Basis, ElementHex2, MeshHex, MeshHex2
-from twins.compliance_fem import elasticity
+from scipy.spatial import cKDTree
+from skfem import Basis, ElementHex1, ElementHex2, MeshHex, MeshHex2
+from skfem.models.elasticity import lame_parameters
+from twins.compliance_fem import closing, elasticity
 
 import efficiency
-from efficiency.contact.gear_flanks import GearFlanks, Member
-from efficiency.contact.tooth_grid import root_profile, tooth_grid
-from efficiency.design.design import Design, MemberInput
+from efficiency.contact.gear_flanks import Member
+from efficiency.cutting.machine import rotation
 from efficiency.ltca.load_distribution import PositionLoad
-from efficiency.ltca.solid_tooth import solid_tooth_of
+from efficiency.ltca.solid_tooth import ToothBody
 from efficiency.mesh import LoadedMesh
-from efficiency.strength.root_mesh import EDGE_RADIUS
+from efficiency.strength.hexahedra import CORNERS_AND_EDGES, shape_functions
+from efficiency.strength.root_mesh import Counts, RootMesh, root_mesh
 from efficiency.strength.root_stress import root_stress, root_tooth
+from ehl.common.arrays import FloatArray, IntArray
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 TEETH = 3
-
-
-@dataclass(frozen=True)
-class Cells:
-    """Elements of a pitch: from the middle of the slot to that of the fillet, on to the tip, across, down, along."""
-
-    low: int = 5
-    high: int = 12
-    across: int = 6
-    deep: int = 5
-    along: int = 12
+HEX = ElementHex2()
+FINE = Counts(low=6, high=9, layer=3, across=2, deep=2, along=8)
 
 
 @dataclass(frozen=True)
@@ -59,320 +48,126 @@ class RootPeaks:
         return self.model / self.elements - 1.0
 
 
-def with_edge_radius(design: Design, radius: float) -> Design:
-    """The design with an edge radius [m] on all blades, so that both methods see the same cut fillet."""
-
-    def member(given: MemberInput) -> MemberInput:
-        found = given
-        for side in ("concave", "convex"):
-            flank = getattr(found, side)
-            cutter = flank.cutter.model_copy(update={"edge_radius": radius})
-            found = found.model_copy(update={side: flank.model_copy(update={"cutter": cutter})})
-        return found
-
-    return design.model_copy(update={name: member(getattr(design, name)) for name in ("pinion", "gear")})
-
-
 class RootElements:
-    """Finite elements of a ring of teeth of one member; lengths in metres."""
+    """Finite elements of a ring of teeth of one member."""
 
-    def __init__(
-        self,
-        flanks: GearFlanks,
-        member: Member,
-        rim: float,
-        modulus: float,
-        poisson: float,
-        held: frozenset[str],
-        cells: Cells = Cells(),
-    ) -> None:
-        self.cells, self.modulus, self.poisson = cells, modulus, poisson
-        planes = 2 * cells.along + 1
-        self.grid = grid = tooth_grid(flanks, member, 60, planes)
-        middle = grid.height.shape[0] // 2
-        radius = grid.blank.axial(grid.u[middle], grid.height[middle])[0]
-        turn = np.gradient(0.5 * (grid.lower + grid.upper)[middle], grid.u[0])
-        scale = radius / np.sqrt(1.0 + (radius * turn) ** 2)
-        sides = [self._side(flanks, member, k) for k in (0, 1)]
-        lines = self._outlines(sides[0], sides[1], scale)
-        self.flank = [line[2 * cells.low :] for line in lines]  # from the middle of the fillet to the tip
-        blocks = self._blocks(lines, grid.blank.root(grid.u[0]) - rim)
-        flat = np.concatenate([b.reshape(-1, 2, planes) for b in blocks])
-        key = np.round(flat[:, :, planes // 2] / (1e-6 * radius[planes // 2])).astype(np.int64)
-        _, first, number = np.unique(key, axis=0, return_index=True, return_inverse=True)
-        section = flat[first]
-        azimuth, height = section[:, 0] / scale, section[:, 1]
-        points = grid.point(azimuth, np.broadcast_to(grid.u[0], azimuth.shape), height)
-        lattices, start = [], 0
-        for b in blocks:
-            size = b.shape[0] * b.shape[1]
-            plane = number.ravel()[start : start + size].reshape(b.shape[:2])
-            lattices.append(plane[..., None] * planes + np.arange(planes))
-            start += size
-        self.lattices: list[IntArray] = lattices
-        self._mesh(points.reshape(-1, 3), lattices)
-        self.size = self.basis.N
-        self._ring(held)
-
-    def _side(self, flanks: GearFlanks, member: Member, k: int) -> list[FloatArray]:
-        """Azimuth and height (n, 2) of a side at each station, tip first, down to its deepest point."""
-        grid, flank = self.grid, flanks.of(member)[self.grid.sides[k]]
-        cut = root_profile(flank, grid.u.shape[1], np.inf)
-        assert cut is not None, "the settings cut no fillet"
-        azimuth = grid.upper if k else grid.lower
-        found = []
-        for c in range(grid.u.shape[1]):
-            above = grid.height[:, c] > cut.start[c]
-            a, h = azimuth[above, c][::-1], grid.height[above, c][::-1]
-            # the tooth is turned into its place: the fillet joins the flank at the start of the latter
-            free, there = flank.solve(np.array([grid.u[0, c]]), np.array([h[-1]]))
-            assert there.all()
-            turn = a[-1] - float(np.unwrap([cut.azimuth[0, c], float(free.azimuth[0])])[1])
-            keep = np.concatenate([[True], np.diff(cut.height[:, c]) < 0.0])
-            lower = np.stack([cut.azimuth[keep, c] + turn, cut.height[keep, c]], axis=1)
-            found.append(np.concatenate([np.stack([a, h], axis=1), lower[lower[:, 1] < h[-1]]]))
-        return found
-
-    def _outlines(self, low: list[FloatArray], high: list[FloatArray], scale: FloatArray) -> list[FloatArray]:
-        """Lattice (n, 2, k) of both sides, from the middle of the slot to the tip, flattened."""
-        curves: list[list[FloatArray]] = [[], []]
-        for one, two, s in zip(low, high, scale, strict=True):
-            ahead = one + np.array([self.grid.pitch, 0.0])
-            if two[-1, 0] < ahead[-1, 0]:
-                end = 0.5 * (two[-1] + ahead[-1])
-            else:  # both fillets cross
-                order = np.argsort(ahead[:, 0])
-                over = two[:, 1] - np.interp(two[:, 0], ahead[order, 0], ahead[order, 1], left=-np.inf)
-                stop = int(np.argmax((over < 0.0) & (two[:, 0] > ahead[:, 0].min())))
-                end = two[stop]
-                two, ahead = two[:stop], ahead[ahead[:, 0] > end[0]]
-            for k, (side, last) in enumerate(
-                ((ahead - [self.grid.pitch, 0.0], end - [self.grid.pitch, 0.0]), (two, end))
-            ):
-                curves[k].append(np.concatenate([last[None], side[::-1]]) * np.array([s, 1.0]))
-        return [self._nodes(side) for side in curves]
-
-    def _nodes(self, side: list[FloatArray]) -> FloatArray:
-        c = self.cells
-        u = np.linspace(-1.0, 1.0, len(side))
-        lengths = [np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(x, axis=0).T))]) for x in side]
-        half = []
-        for x, s in zip(side, lengths, strict=True):
-            # middle of the fillet: the tangent at 45 deg, from a running mean
-            at = np.linspace(0.0, s[-1], 400)
-            y, h = (np.interp(at, s, z) for z in x.T)
-            steep = np.convolve(np.arctan2(np.gradient(h), np.abs(np.gradient(y))), np.ones(9) / 9.0, mode="same")
-            half.append(at[4 + int(np.argmax(steep[4:] > 0.25 * np.pi))] / s[-1])
-        share = np.polyval(np.polyfit(u, half, 2), u)
-        lattice = []
-        for x, s, f in zip(side, lengths, share, strict=True):
-            up = np.linspace(0.0, 1.0, c.high + 1)
-            up = _halved(0.35 * up + 0.65 * up**2)
-            at = np.concatenate([np.linspace(0.0, f, 2 * c.low + 1)[:-1], f + (1.0 - f) * up])
-            lattice.append(np.stack([np.interp(at * s[-1], s, z) for z in x.T], axis=1))
-        return np.stack(lattice, axis=-1)
-
-    def _blocks(self, lines: list[FloatArray], base: FloatArray) -> list[FloatArray]:
-        """Lattices (m, n, 2, k): tooth, body under it, body under both halves of the slots."""
-        c = self.cells
-        left, right = lines
-        away = np.linspace(-1.0, 1.0, c.across + 1)  # from the middle of the tooth
-        t = _halved(0.5 + 0.5 * np.sign(away) * (1.0 - (1.0 - np.abs(away)) ** 2.2))
-        t = t[None, :, None, None]
-        tooth = left[2 * c.low :, None] * (1.0 - t) + right[2 * c.low :, None] * t
-        # rows bent down near the fillets, so that the corners of the three blocks there are wide
-        fade = (1.0 - np.linspace(0.0, 1.0, 2 * c.high + 1)) ** 3
-        wide = np.abs(right[2 * c.low, 0] - left[2 * c.low, 0])
-        tooth[:, :, 1] -= 0.5 * fade[:, None, None] * (t * (1.0 - t))[:, :, 0] * wide
-        down = _halved(np.linspace(0.0, 1.0, c.deep + 1) ** 2.4)[:, None, None, None]
-        ends = [np.stack([x, base]) for x in (left[0, 0], left[2 * c.low, 0], right[2 * c.low, 0], right[0, 0])]
-        for a, b in ((1, 2), (2, 1)):
-            ends[a][0] = 0.75 * ends[a][0] + 0.25 * (left, right)[b - 1][2 * c.low, 0]
-        under = ends[1][None] * (1.0 - t[0]) + ends[2][None] * t[0]
-        body = tooth[:1] * (1.0 - down) + under[None] * down
-        slots = []
-        for line, (a, b) in ((left, (0, 1)), (right, (3, 2))):
-            top = line[: 2 * c.low + 1]
-            share = (top[:, 0] - top[0, 0]) / (top[-1, 0] - top[0, 0])
-            floor = ends[a] + share[:, None] * (ends[b] - ends[a])
-            slots.append(top[None] * (1.0 - down) + floor[None] * down)
-        return [tooth, body, *slots]
-
-    def _mesh(self, points: FloatArray, lattices: list[IntArray]) -> None:
-        order = np.rint(2.0 * ElementHex2().doflocs).astype(int)
-        nodes, numbers, start = [], [], 0
-        for x in lattices:
-            m, n, p = ((np.arange(0, size - 1, 2)) for size in x.shape)
-            i, j, k = (y.ravel() for y in np.meshgrid(m, n, p, indexing="ij"))
-            nodes.append(np.stack([x[i + a, j + b, k + d] for a, b, d in order]))
-            numbers.append(start + np.arange(i.size).reshape(m.size, n.size, p.size))
-            start += i.size
-        self.tooth, self.slot = numbers[0], numbers[2:]
-        own = np.concatenate(nodes, axis=1)
-        corners, t = np.unique(own[:8], return_inverse=True)
-        mesh = MeshHex2.from_mesh(MeshHex(points[corners].T, t.reshape(8, -1)))
-        dofs = Basis(mesh, ElementHex2(), intorder=1).element_dofs
-        assert mesh.dofs.element_dofs.shape == dofs.shape
-        self.dof = np.full(len(points), -1)
-        self.dof[own] = dofs
-        places = np.empty((3, dofs.max() + 1))
-        places[:, dofs] = points[own].transpose(2, 0, 1)
-        located = np.empty_like(mesh.doflocs)
-        located[:, mesh.dofs.element_dofs] = points[own].transpose(2, 0, 1)
-        self.mesh = MeshHex2(located, mesh.t)
-        self.basis = Basis(self.mesh, ElementHex2(), intorder=5)
-        self.points = places
-
-    def _ring(self, held: frozenset[str]) -> None:
-        _, body, left, right = self.lattices
-        surfaces = {
-            "base": np.concatenate([x[-1].ravel() for x in (body, left, right)]),
-            "toe": np.concatenate([x[..., 0].ravel() for x in (body, left, right)]),
-            "heel": np.concatenate([x[..., -1].ravel() for x in (body, left, right)]),
-        }
-        fixed = np.zeros(self.size, bool)
-        for name in held:
-            fixed[self.dof[surfaces[name]]] = True
-        first, last = self.dof[left[:, 0].ravel()], self.dof[right[:, 0].ravel()]
-        n = self.size
-        c, s = np.cos(self.grid.pitch), np.sin(self.grid.pitch)
-        turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-        rest = np.setdiff1d(np.arange(n), last)
-        keep = coo_matrix((np.ones(rest.size), (rest, rest)), shape=(n, n))
-        pairs = coo_matrix((np.ones(last.size), (last, first)), shape=(n, n))
-        ahead = np.roll(np.eye(TEETH), 1, axis=1)
-        whole = kron(np.eye(TEETH), kron(np.eye(3), keep)) + kron(ahead, kron(turn, pairs))
+    def __init__(self, mesh: RootMesh, pitch: float, body: ToothBody, levels: FloatArray) -> None:
+        """`levels`: heights of the nodes of the loaded flank over the root cone, up from the middle of the fillet."""
+        self.mesh, self.levels, count = mesh, levels, len(mesh.nodes)
+        values, _ = shape_functions(2.0 * HEX.doflocs - 1.0)
+        tooth = np.einsum("an,enx->eax", values, mesh.nodes[mesh.elements])
+        places = np.concatenate([tooth @ rotation(k * pitch).T for k in range(TEETH)]).transpose(2, 1, 0)
+        number = np.arange(TEETH * count).reshape(TEETH, count)
+        number[:-1, mesh.right] = number[1:, mesh.left]
+        corner = [int(np.abs(CORNERS_AND_EDGES - 2.0 * at + 1.0).sum(axis=1).argmin()) for at in HEX.doflocs[:8]]
+        self.corners, t = np.unique(number[:, mesh.elements[:, corner]], return_inverse=True)
+        plain = MeshHex(np.zeros((3, self.corners.size)), t.reshape(-1, 8).T)
+        curved = MeshHex2.from_mesh(plain)
+        located = np.empty_like(curved.doflocs)
+        located[:, curved.dofs.element_dofs] = places
+        self.basis = Basis(MeshHex2(located, curved.t), HEX, intorder=5)
+        self.places = np.empty((3, self.basis.N))
+        self.places[:, self.basis.element_dofs] = places
+        fixed = np.zeros(self.basis.N, bool)
+        for name in body.held:
+            fixed[self.on(np.unique(number[:, getattr(mesh, name)]))] = True
+        first, last = self.on(mesh.left), self.on(mesh.right + (TEETH - 1) * count)
+        around = self.places[:, last].T @ rotation(TEETH * pitch)
+        away, pair = cKDTree(self.places[:, first].T).query(around)
+        assert away.max() < 1e-9
         free = ~fixed
         free[last] = False
-        self.expand = whole.tocsc()[:, np.tile(free, 3 * TEETH)].tocsr()
-        one = elasticity(self.basis, self.modulus, self.poisson)
-        self.stiffness = (self.expand.T @ block_diag([one] * TEETH, format="csr") @ self.expand).tocsr()
+        self.expand = closing(self.basis.N, first[pair], last, TEETH * pitch)[:, np.tile(free, 3)].tocsr()
+        modulus, poisson = body.material.youngs_modulus, body.material.poisson_ratio
+        self.lame = lame_parameters(modulus, poisson)
+        self.stiffness = (self.expand.T @ elasticity(self.basis, modulus, poisson) @ self.expand).tocsr()
         # trilinear functions of the corners of the same elements, for the preconditioner
-        corner = self.basis.nodal_dofs[0]
-        places = ElementHex2().doflocs
-        weights = np.abs(1.0 - places[:, None] - places[None, :8]).prod(axis=2)
-        elements, mine = self.basis.element_dofs, np.full(n, -1)
-        mine[corner] = np.arange(corner.size)
-        linear = lil_matrix((n, corner.size))
-        for row, weight in zip(elements, weights, strict=True):
-            for other, w in zip(elements[:8], weight, strict=True):
-                if w:
-                    linear[row, mine[other]] = w
-        at = (n * np.arange(3 * TEETH)[:, None] + corner).ravel()
-        independent = np.flatnonzero(np.tile(free, 3 * TEETH))
-        columns = np.isin(independent, at)
-        moved = kron(np.eye(3 * TEETH), linear.tocsr()) @ self.expand[at][:, columns]
-        self.linear = moved.tocsr()[independent]
+        rows, corner = self.basis.element_dofs, self.basis.nodal_dofs[0]
+        weights = np.array([ElementHex1().lbasis(HEX.doflocs.T, n)[0] for n in range(8)])[:, :, None]
+        many = np.broadcast_arrays(weights, rows, self.basis.mesh.t[:, None])
+        values, *places = (x.ravel() for x in many)
+        linear = coo_matrix((values, tuple(places))).tocsr()
+        linear = diags_array(1.0 / np.ravel(linear.sum(axis=1))) @ linear
+        independent, at = np.flatnonzero(np.tile(free, 3)), (self.basis.N * np.arange(3)[:, None] + corner).ravel()
+        self.linear = (kron(np.eye(3), linear) @ self.expand[at][:, np.isin(independent, at)]).tocsr()[independent]
+
+    def on(self, corners: IntArray) -> IntArray:
+        """Nodes of the faces with these corners."""
+        mesh = self.basis.mesh
+        outer = mesh.boundary_facets()
+        return self.basis.get_dofs(outer[np.isin(self.corners, corners)[mesh.facets[:, outer]].all(axis=0)]).all()
 
     def solve(self, forces: FloatArray) -> FloatArray:
-        """Displacements (9 nodes, k) under forces (9 nodes, k): conjugate gradients, two-level preconditioner."""
+        """Displacements (3 nodes, k) under forces (3 nodes, k): conjugate gradients, two-level preconditioner."""
         inverse, linear = 1.0 / self.stiffness.diagonal(), self.linear
-        coarse = splu(
-            (linear.T @ self.stiffness @ linear).tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}
-        )
-        levels = LinearOperator(
-            self.stiffness.shape, lambda right: inverse * right + linear @ coarse.solve(linear.T @ right)
-        )
-        found = [cg(self.stiffness, right, rtol=1e-7, M=levels) for right in (self.expand.T @ forces).T]
+        coarse = splu((linear.T @ self.stiffness @ linear).tocsc(), permc_spec="MMD_AT_PLUS_A")
+        levels = LinearOperator(self.stiffness.shape, lambda x: inverse * x + linear @ coarse.solve(linear.T @ x))
+        found = [cg(self.stiffness, right, rtol=1e-6, M=levels) for right in (self.expand.T @ forces).T]
         assert not any(failed for _, failed in found)
         return np.asarray(self.expand @ np.stack([moved for moved, _ in found], axis=1))
 
-    def spread(self, face: FloatArray, height: FloatArray, force: FloatArray, upper: bool) -> FloatArray:
-        """Nodal forces (3, nodes) of forces against the flank, from toe and over the root cone."""
-        c, found = self.cells, np.zeros((3, self.size))
-        lattice = self.lattices[0][:, -1 if upper else 0]
-        line = self.flank[int(upper)][:, 1]
-        u = self.grid.u[0]
-        level = line - self.grid.blank.root(u)
-        inside = self.points[:, self.dof[self.lattices[0][:, c.across]]]
+    def spread(self, side: int, tooth: int, face: FloatArray, height: FloatArray, force: FloatArray) -> FloatArray:
+        """Nodal forces (3, nodes) of forces against a flank of a tooth, from toe and over the root cone."""
+        found, mapping = np.zeros((3, self.basis.N)), self.basis.mesh.mapping()
+        rows = self.mesh.surface[side][self.mesh.counts.low :] + tooth * len(self.mesh.elements)
+        planes = np.arange(self.mesh.stations.size)
         for x, h, f in zip(face, height, force, strict=True):
-            z = np.clip(x / np.ptp(u), 0.0, 1.0) * 2 * c.along
-            k = min(int(z) // 2, c.along - 1)
-            along, along_slope = _quadratic(z - 2 * k)
-            own = level[:, 2 * k : 2 * k + 3] @ along
-            r = float(np.interp(h, own, np.arange(own.size)))
-            i = min(int(r) // 2, c.high - 1)
-            over, over_slope = _quadratic(r - 2 * i)
-            nodes = self.dof[lattice[2 * i : 2 * i + 3, 2 * k : 2 * k + 3]]
-            place = self.points[:, nodes]
-            normal = np.cross(
-                np.einsum("xij,i,j->x", place, over_slope, along), np.einsum("xij,i,j->x", place, over, along_slope)
-            )
-            inward = inside[:, 2 * i, 2 * k] - place[:, 1, 1]
-            normal *= np.sign(normal @ inward) / np.linalg.norm(normal)
-            np.add.at(found, (slice(None), nodes), normal[:, None, None] * np.outer(over, along) * f)
+            z = float(np.interp(x, self.mesh.stations, planes))
+            level = [np.interp(z, planes, line) for line in self.levels]
+            r = float(np.interp(h, level, np.arange(len(level))))
+            i, k = min(int(r) // 2, rows.shape[0] - 1), min(int(z) // 2, rows.shape[1] - 1)
+            at = np.array([[0.5 * r - i], [0.0], [0.5 * z - k]])
+            slope = mapping.DF(at, tind=rows[i, [k]])[:, :, 0, 0]
+            normal = np.cross(slope[:, 0], slope[:, 2])
+            normal *= np.sign(normal @ slope[:, 1]) / np.linalg.norm(normal)
+            values = np.array([HEX.lbasis(at, n)[0][0] for n in range(27)])
+            found[:, self.basis.element_dofs[:, rows[i, k]]] += f * np.outer(normal, values)
         return found
 
-    def principal(self, moved: FloatArray, upper: bool) -> FloatArray:
-        """Greatest principal stress at the Gauss points of the faces of a fillet [Pa]; displacements (3, nodes)."""
-        c, gauss = self.cells, 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3.0)
-        one, two = (x.ravel() for x in np.meshgrid(gauss, gauss, indexing="ij"))
-        own = [
-            x[[0]] if k else x[: max(c.high // 4, 1), [-1 if upper else 0]]
-            for k, x in enumerate((self.tooth, self.slot[upper]))
-        ]
-        found = []
-        for elements, axis, place in ((own[0], 1, float(upper)), (own[1], 0, 0.0)):
-            points = np.insert(np.stack([one, two]), axis, place, axis=0)
-            basis = Basis(self.mesh, ElementHex2(), elements=elements.ravel(), quadrature=(points, np.ones(one.size)))
-            found.append(self._principal(basis, moved))
-        return np.concatenate(found)
-
-    def _principal(self, basis: Basis, moved: FloatArray) -> FloatArray:
-        gradient = np.stack([np.asarray(basis.interpolate(x).grad) for x in moved])
+    def principal(self, side: int, moved: FloatArray) -> FloatArray:
+        """Greatest principal stress at the Gauss points of the faces of a fillet of tooth 0 [Pa]."""
+        one, two = (x.ravel() for x in np.meshgrid(*[0.5 + np.array([-0.5, 0.5]) / np.sqrt(3.0)] * 2))
+        elements = self.mesh.surface[side][: self.mesh.counts.low + 3].ravel()
+        points = np.stack([one, 0.0 * one, two]), np.ones(one.size)
+        basis = Basis(self.basis.mesh, HEX, elements=elements, quadrature=points)
+        gradient = np.stack([np.asarray(basis.interpolate(x).grad) for x in moved.reshape(3, -1)])
         strain = np.moveaxis(0.5 * (gradient + gradient.transpose(1, 0, 2, 3)), (0, 1), (-2, -1))
-        lame = self.modulus * self.poisson / ((1.0 + self.poisson) * (1.0 - 2.0 * self.poisson))
         trace = np.trace(strain, axis1=-2, axis2=-1)[..., None, None] * np.eye(3)
-        return np.asarray(np.linalg.eigvalsh(lame * trace + self.modulus / (1.0 + self.poisson) * strain)[..., -1])
+        return np.asarray(np.linalg.eigvalsh(self.lame[0] * trace + 2.0 * self.lame[1] * strain)[..., -1])
 
 
-def _halved(corners: FloatArray) -> FloatArray:
-    """Places of corners and of the nodes halfway between them."""
-    return np.interp(np.arange(2 * corners.size - 1), 2 * np.arange(corners.size), corners)
-
-
-def _quadratic(x: float) -> tuple[FloatArray, FloatArray]:
-    """Values and slopes at x of the quadratic functions of the nodes 0, 1 and 2."""
-    values = [0.5 * (x - 1.0) * (x - 2.0), x * (2.0 - x), 0.5 * x * (x - 1.0)]
-    return np.array(values), np.array([x - 1.5, 2.0 - 2.0 * x, x - 0.5])
-
-
-def root_peaks(loaded: LoadedMesh, member: Member, cells: Cells, radius: float) -> RootPeaks:
-    """Both methods on one member with an edge radius [m], under the contact forces of a loaded mesh."""
-    design = with_edge_radius(loaded.mesh.bevel, radius)
-    given = design.pinion if member == "pinion" else design.gear
-    body, flanks, pitch = given.tooth_body(), design.flanks(), 2.0 * np.pi / design.pinion.blank.teeth
-    tooth = root_tooth(flanks, member, solid_tooth_of(flanks, body, member, "drive"), loaded.mesh.pitch.module_normal)
+def root_peaks(loaded: LoadedMesh, member: Member, counts: Counts) -> RootPeaks:
+    """Both methods on one member under the contact forces of a loaded mesh."""
+    design, solid = loaded.mesh.bevel, getattr(loaded.mesh.grids.teeth, member)
+    flanks, module, pitch = design.flanks(), loaded.mesh.pitch.module_normal, 2.0 * np.pi / design.pinion.blank.teeth
     load = loaded.grids.fine
-    model = root_stress(tooth, load.positions, pitch)
+    model = root_stress(root_tooth(flanks, member, solid, module), load.positions, pitch)
     clock = time.perf_counter()
-    material = body.material
-    fem = RootElements(
-        flanks, member, body.rim_thickness, material.youngs_modulus, material.poisson_ratio, body.held, cells
-    )
-    upper = fem.grid.sides[1] == flanks.loaded_side(member, "drive")
+    mesh, side = root_mesh(flanks, member, solid.grid, solid.body.rim_thickness, module, counts), int(solid.side)
+    floor = solid.grid.blank.root(mesh.stations + solid.grid.u[0, 0])
+    fem = RootElements(mesh, solid.grid.pitch, solid.body, mesh.outlines[side].height[2 * counts.low :] - floor)
     # the worst position of the model and the next on both sides
     worst = int(model.history.argmax())
     rolls = model.roll[np.clip(np.arange(worst - 1, worst + 2), 0, model.roll.size - 1)]
-    right = np.stack([_forces(fem, load.positions, roll, pitch, member, upper) for roll in rolls], axis=1)
-    stress = [float(fem.principal(x.reshape(TEETH, 3, -1)[0], upper).max()) for x in fem.solve(right).T]
+    right = np.stack([_forces(fem, load.positions, roll, pitch, member, side) for roll in rolls], axis=1)
+    stress = [float(fem.principal(side, moved).max()) for moved in fem.solve(right).T]
     return RootPeaks(max(stress), model.tension, fem.stiffness.shape[0], time.perf_counter() - clock)
 
 
 def _forces(
-    fem: RootElements, positions: tuple[PositionLoad, ...], roll: float, pitch: float, member: Member, upper: bool
+    fem: RootElements, positions: tuple[PositionLoad, ...], roll: float, pitch: float, member: Member, side: int
 ) -> FloatArray:
     """Forces on all nodes of the ring, tooth 0 at a roll of its pair."""
     away = [(roll - p.position.pinion_angle) / pitch for p in positions]
     at = positions[int(np.argmin(np.abs(away - np.round(away))))]
     own = round((roll - at.position.pinion_angle) / pitch)
     # the next tooth in rising azimuth carries the next pair or the one before
-    ahead = (1 if upper else -1) * (1 if member == "pinion" else -1)
+    ahead = (1 if side else -1) * (1 if member == "pinion" else -1)
     face, height = (getattr(at.position, f"{name}_{member}") for name in ("face", "height"))
-    found = np.zeros((TEETH, 3, fem.size))
+    found = np.zeros((3, fem.basis.N))
     for step in (-1, 0, 1):
         points = (at.position.pair == own + step * ahead) & (at.force > 0.0)
-        found[step] = fem.spread(face[points], height[points], at.force[points], upper)
+        found += fem.spread(side, step % TEETH, face[points], height[points], at.force[points])
     return found.ravel()
 
 
@@ -386,9 +181,8 @@ def main() -> None:
     members: tuple[Member, Member] = ("pinion", "gear")
     for name in sys.argv[1:] or DESIGNS:
         loaded = efficiency.load(name).mesh().load()
-        radius = EDGE_RADIUS * loaded.mesh.pitch.module_normal
         for member in members:
-            found = root_peaks(loaded, member, Cells(), radius)
+            found = root_peaks(loaded, member, FINE)
             print(
                 f"| {name}, {member} | {found.model / 1e6:.0f} MPa | {found.elements / 1e6:.0f} MPa "
                 f"| {100 * found.error:+.1f} % | {found.unknowns} | {found.seconds:.0f} s |",

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 from contacts import hot_oil, line_contact
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from ehl.common.arrays import FloatArray
 from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
 from ehl.material import Material
@@ -18,8 +18,6 @@ from ehl.rough.accuracy import mesh_length
 from ehl.rough.run import TransientRun
 from ehl.rough.scaling import Settings, build_problem
 from ehl.surface.roughness import generate_profile
-
-Array = NDArray[np.float64]
 
 STEEL = Material.load("steel")
 BOUNDARY_FRICTION = 0.1
@@ -74,6 +72,6 @@ def speed_of_film_ratio(ratio: float, rms: float, lubricant: Lubricant, **contac
     return math.exp(brentq(films, math.log(1e-8), math.log(1e4), xtol=1e-13))
 
 
-def friction(records: Array) -> Array:
+def friction(records: FloatArray) -> FloatArray:
     """mu of every step."""
     return np.asarray(records[:, MU_FLUID] + BOUNDARY_FRICTION * records[:, SHARE])

@@ -3,7 +3,6 @@
 import json
 import subprocess
 import sys
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -20,7 +19,6 @@ ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = ROOT / "docs" / "examples"
 PAIR = "fm_spiral_bevel_14x39"
 PAPER = ("--load-balance", "frictionless")
-Cli = Callable[..., Any]
 
 
 # parser, a pair and a formula by their public functions, and the figures of a pair: what they need not import
@@ -43,7 +41,7 @@ def test_no_call_waits_for_libraries_that_it_does_not_need(code: str) -> None:
 
 
 @pytest.mark.parametrize("example", sorted(path.name for path in EXAMPLES.glob("contact*.toml")))
-def test_solve_prints_one_json_object(mixed_ehl: Cli, example: str) -> None:
+def test_solve_prints_one_json_object(mixed_ehl: Any, example: str) -> None:
     outcome = mixed_ehl("solve", EXAMPLES / example, "--json")
     assert outcome.code == 0
     result = json.loads(outcome.out)
@@ -54,7 +52,7 @@ def test_solve_prints_one_json_object(mixed_ehl: Cli, example: str) -> None:
 
 
 @pytest.mark.parametrize(("status", "code"), [("unsettled", 0), ("failed", 1)])
-def test_a_wide_interval_is_an_answer(mixed_ehl: Cli, monkeypatch: pytest.MonkeyPatch, status: str, code: int) -> None:
+def test_a_wide_interval_is_an_answer(mixed_ehl: Any, monkeypatch: pytest.MonkeyPatch, status: str, code: int) -> None:
     contact = ehl.Contact.from_file(EXAMPLES / "contact.toml")
     result = replace(contact.solve(), status=status, reason="statistical_interval", friction_error=0.25)
     monkeypatch.setattr(ehl.Contact, "solve", lambda self: result)
@@ -63,7 +61,7 @@ def test_a_wide_interval_is_an_answer(mixed_ehl: Cli, monkeypatch: pytest.Monkey
     assert reason_text("statistical_interval") in outcome.err
 
 
-def test_gear_and_its_map(mixed_ehl: Cli) -> None:
+def test_gear_and_its_map(mixed_ehl: Any) -> None:
     one = json.loads(mixed_ehl("gear", PAIR, "--torque", "200 N m", "--json").out)
     assert one["conditions"]["torque"] == pytest.approx(200.0)
     assert 0.98 < one["efficiency"] < 1.0
@@ -76,7 +74,7 @@ def test_gear_and_its_map(mixed_ehl: Cli) -> None:
     assert again["efficiency"] == pytest.approx(one["efficiency"], abs=stated)
 
 
-def test_compare_prints_a_row_per_model(mixed_ehl: Cli) -> None:
+def test_compare_prints_a_row_per_model(mixed_ehl: Any) -> None:
     outcome = mixed_ehl("compare", PAIR, "--friction", "constant:0.05", "--friction", "constant:0.1", *PAPER, "--json")
     rows = {row["name"]: row for row in json.loads(outcome.out)["rows"]}
     assert rows["constant:0.1"]["power_loss"] == pytest.approx(2.0 * rows["constant:0.05"]["power_loss"], rel=1e-9)
@@ -84,13 +82,13 @@ def test_compare_prints_a_row_per_model(mixed_ehl: Cli) -> None:
 
 
 @pytest.mark.parametrize(("option", "value"), [("--friction", "guess_1999"), ("--oil", "olive"), ("--speed", "0 rpm")])
-def test_refused_before_meshing(mixed_ehl: Cli, monkeypatch: pytest.MonkeyPatch, option: str, value: str) -> None:
+def test_refused_before_meshing(mixed_ehl: Any, monkeypatch: pytest.MonkeyPatch, option: str, value: str) -> None:
     monkeypatch.delattr("efficiency.GearPair.mesh")
     for command in ("gear", "compare"):
         assert mixed_ehl(command, PAIR, option, value).code == 2
 
 
-def test_errors_name_options_that_were_typed_only(mixed_ehl: Cli, tmp_path: Path) -> None:
+def test_errors_name_options_that_were_typed_only(mixed_ehl: Any, tmp_path: Path) -> None:
     """What stands in a file keeps its name there."""
     design = tmp_path / "design.toml"
     text = (ROOT / "data" / "designs" / f"{PAIR}.toml").read_text(encoding="utf-8")
@@ -98,7 +96,7 @@ def test_errors_name_options_that_were_typed_only(mixed_ehl: Cli, tmp_path: Path
     assert "operation.oil = 'olive'" in mixed_ehl("gear", design, "--friction", "constant:0.05").err
 
 
-def test_doctor_finds_nothing_wrong(mixed_ehl: Cli) -> None:
+def test_doctor_finds_nothing_wrong(mixed_ehl: Any) -> None:
     outcome = mixed_ehl("doctor")
     assert outcome.code == 0, outcome.out
 

@@ -4,7 +4,6 @@ import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +17,6 @@ from ehl.common.files import toml_text
 from ehl.common.runner import _quotas, granted_workers
 from ehl.common.sections import Picture
 
-Cli = Callable[..., Any]
 TESTS = Path(__file__).parents[1]
 
 
@@ -62,7 +60,7 @@ def test_quotas_of_all_groups_count(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     assert granted_workers() == 3
 
 
-def test_figures_do_not_depend_on_a_matplotlibrc(mixed_ehl: Cli, tmp_path: Path) -> None:
+def test_figures_do_not_depend_on_a_matplotlibrc(mixed_ehl: Any, tmp_path: Path) -> None:
     for name, settings in (("own", {}), ("foreign", {"text.usetex": True, "font.size": 30.0, "axes.grid": True})):
         with mpl.rc_context(settings):
             assert mixed_ehl("oil", "75w90", "--plot", tmp_path / f"{name}.png").code == 0

@@ -3,7 +3,6 @@
 import io
 import subprocess
 import sys
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,8 +12,6 @@ import pytest
 from ehl.common import console
 from ehl.common.console import FIRST_DISPLAY, LINE_EVERY, ProgressDisplay, working
 from ehl.common.progress import Progress, duration, progress_to, report_progress
-
-Cli = Callable[..., Any]
 
 
 @dataclass
@@ -100,7 +97,7 @@ def test_ctrl_c_says_what_is_kept_and_how_to_go_on(capsys: pytest.CaptureFixture
     assert "rows are kept, the same command resumes" in capsys.readouterr().err
 
 
-def test_stopped_commands(mixed_ehl: Cli, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_stopped_commands(mixed_ehl: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     def stop(*arguments: Any, **options: Any) -> None:
         raise KeyboardInterrupt
 

@@ -5,7 +5,6 @@ A mistake is a value in place of a right one: in the file the command reads, or 
 
 import re
 import tempfile
-from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,6 @@ import pytest
 
 import efficiency
 
-Cli = Callable[..., Any]
 ROOT = Path(__file__).resolve().parents[2]
 PAIR = "fm_spiral_bevel_14x39"
 
@@ -122,7 +120,7 @@ def told(outcome: Any, *fields: str) -> None:
 
 
 @pytest.mark.parametrize(("command", "change"), IN_FILES, ids=lambda part: part if isinstance(part, str) else part[1])
-def test_mistake_in_a_file(mixed_ehl: Cli, tmp_path: Path, command: str, change: Change) -> None:
+def test_mistake_in_a_file(mixed_ehl: Any, tmp_path: Path, command: str, change: Change) -> None:
     kind, _, arguments = FILES[command]
     right, wrong, field = change
     text = right_file(kind)
@@ -137,7 +135,7 @@ def test_mistake_in_a_file(mixed_ehl: Cli, tmp_path: Path, command: str, change:
 
 @pytest.mark.parametrize("like", [(), ("--like", PAIR)])
 @pytest.mark.parametrize("name", ["contact.toml", "synthetic_traction.csv"])
-def test_other_files_are_not_imported(mixed_ehl: Cli, tmp_path: Path, name: str, like: tuple[str, ...]) -> None:
+def test_other_files_are_not_imported(mixed_ehl: Any, tmp_path: Path, name: str, like: tuple[str, ...]) -> None:
     outcome = mixed_ehl("import", ROOT / "docs/examples" / name, "-o", tmp_path / "design.toml", *like)
     told(outcome, "summary")
     assert list(tmp_path.iterdir()) == []
@@ -275,7 +273,7 @@ IN_OPTIONS = [(command, *mistake) for command, (_, _, mistakes) in OPTIONS.items
 
 @pytest.mark.parametrize(("command", "option", "value"), IN_OPTIONS)
 def test_mistake_in_an_option(
-    mixed_ehl: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: str, option: str, value: str
+    mixed_ehl: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: str, option: str, value: str
 ) -> None:
     monkeypatch.chdir(tmp_path)
     start, right, _ = OPTIONS[command]
@@ -305,13 +303,13 @@ READERS = {
 
 
 @pytest.mark.parametrize("command", READERS)
-def test_file_of_another_kind_is_named(mixed_ehl: Cli, command: str) -> None:
+def test_file_of_another_kind_is_named(mixed_ehl: Any, command: str) -> None:
     for kind, file in KINDS.items():
         if READERS[command] != kind and (command != "oil" or file.suffix == ".toml"):
             told(mixed_ehl(command, file, *(["--estimate"] if command == "sweep" else [])), file.name)
 
 
-def test_all_problems_of_a_file_at_once(mixed_ehl: Cli, tmp_path: Path) -> None:
+def test_all_problems_of_a_file_at_once(mixed_ehl: Any, tmp_path: Path) -> None:
     text = right_file("contact").replace("1.2 GPa", "120 GPa").replace("75w90", "75w91", 1).replace('"EP"', '"PE"')
     file = tmp_path / "contact.toml"
     file.write_text(text, encoding="utf-8")

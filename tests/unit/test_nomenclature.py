@@ -81,9 +81,6 @@ def test_every_tuned_constant_states_its_basis() -> None:
         assert value, (module, name)
 
 
-ROOT = Path(__file__).resolve().parents[2]
-
-
 # words of the field that lead to the code of a folder
 WORDS = {
     "ehl": "half-space, boundary friction, Moes, Hertz",

@@ -9,7 +9,7 @@ import re
 import shlex
 import shutil
 import tomllib
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -29,7 +29,6 @@ from efficiency.machine_settings.inputs import load_targets
 from ehl.common.validation import validate
 from regression.calibration.calibrate import setup_of
 
-Cli = Callable[..., Any]
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
 PAGES = [ROOT / name for name in ("README.md", "CONTRIBUTING.md", "SECURITY.md")]
@@ -162,7 +161,7 @@ def test_every_block_runs_or_has_its_reason() -> None:
     assert [line for line in ours if not (line.startswith("mixed-ehl ") or not_run(line))] == []
 
 
-def files_of(page: str, mixed_ehl: Cli) -> None:
+def files_of(page: str, mixed_ehl: Any) -> None:
     """What the commands of a page find in their folder."""
     if page in ("docs/friction_formula.md", "docs/sweep.md"):
         Path("plan.toml").write_text(next(b.text for b in FRAGMENTS if b.page == page), encoding="utf-8")
@@ -188,7 +187,7 @@ def files_of(page: str, mixed_ehl: Cli) -> None:
 
 @pytest.mark.usefixtures("commands_alone", "small_search")
 @pytest.mark.parametrize("page", RUNNING)
-def test_commands_of_a_page_run(page: str, mixed_ehl: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_commands_of_a_page_run(page: str, mixed_ehl: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """They end well and write the files that they name."""
     monkeypatch.chdir(tmp_path)
     files_of(page, mixed_ehl)
@@ -232,7 +231,7 @@ def merged(content: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
 
 @pytest.mark.parametrize("block", FRAGMENTS, ids=str)
 def test_tables_of_pages_are_read(
-    block: Block, mixed_ehl: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    block: Block, mixed_ehl: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     content = tomllib.loads(block.text)

@@ -34,7 +34,6 @@ from ehl.common.table_reader import MAX_CELLS, MAX_ROWS, harmless, read_table
 from ehl.common.units import ValueRange, parse_quantity
 from regression.data.result_files import read_file
 
-Cli = Callable[..., Any]
 EXAMPLES = Path(__file__).resolve().parents[2] / "docs" / "examples"
 CONTACT = (EXAMPLES / "contact.toml").read_text(encoding="utf-8")
 TORQUES = {"torque": ValueRange("N*m", gt=0.0), "label": None}
@@ -73,13 +72,13 @@ def failing(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.Capt
     return command
 
 
-def test_a_lack_of_memory_is_one_sentence_and_no_fault_of_the_program(failing: Cli, tmp_path: Path) -> None:
+def test_a_lack_of_memory_is_one_sentence_and_no_fault_of_the_program(failing: Any, tmp_path: Path) -> None:
     assert failing(lambda: bytearray(2**60))[0] == 1
     assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("error", [RuntimeError("[/bold] unforeseen"), OSError(5, "unforeseen")])
-def test_a_fault_of_the_program_is_one_sentence_and_a_log(error: Exception, failing: Cli, tmp_path: Path) -> None:
+def test_a_fault_of_the_program_is_one_sentence_and_a_log(error: Exception, failing: Any, tmp_path: Path) -> None:
     def fail() -> None:
         raise error
 
@@ -93,7 +92,7 @@ def test_a_fault_of_the_program_is_one_sentence_and_a_log(error: Exception, fail
     assert ehl.__version__ in log.read_text(encoding="utf-8")
 
 
-def test_a_fault_without_a_place_for_its_log(failing: Cli, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_a_fault_without_a_place_for_its_log(failing: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     (tmp_path / "deleted").mkdir()
     monkeypatch.chdir(tmp_path / "deleted")
     (tmp_path / "deleted").rmdir()
@@ -118,7 +117,7 @@ DEEP = {
 
 
 @pytest.mark.parametrize("kind", DEEP)
-def test_files_nested_too_deep_are_refused(kind: str, mixed_ehl: Cli, tmp_path: Path) -> None:
+def test_files_nested_too_deep_are_refused(kind: str, mixed_ehl: Any, tmp_path: Path) -> None:
     for text in DEEP[kind]:
         path = case(tmp_path, text, f"case.{kind}")
         refused(mixed_ehl("solve", path) if kind == "toml" else mixed_ehl("mu", path, *POINT))
@@ -132,14 +131,14 @@ def test_many_problems_at_once_are_a_readable_message() -> None:
     assert len(str(InputError.of(many))) < 8000
 
 
-def test_a_file_with_thousands_of_keys_is_a_readable_message(mixed_ehl: Cli, tmp_path: Path) -> None:
+def test_a_file_with_thousands_of_keys_is_a_readable_message(mixed_ehl: Any, tmp_path: Path) -> None:
     for count in (MAX_KEYS // 4, MAX_KEYS + 1):
         keys = "\n".join(f"k{k} = 1" for k in range(count))
         refused(mixed_ehl("solve", case(tmp_path, f"[contact]\n{keys}\n")))
 
 
 @pytest.mark.parametrize("number", ["9" * 10_000, "1" + 400 * "0", "0x" + "f" * 10_000, "1e400", "-inf", "nan"])
-def test_numbers_without_measure_are_refused(number: str, mixed_ehl: Cli, tmp_path: Path) -> None:
+def test_numbers_without_measure_are_refused(number: str, mixed_ehl: Any, tmp_path: Path) -> None:
     text = CONTACT.replace("slide_to_roll = ", f"slide_to_roll = {number} # ")
     assert text != CONTACT
     refused(mixed_ehl("solve", case(tmp_path, text)))
@@ -157,14 +156,14 @@ def test_no_text_of_a_quantity_takes_long(text: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["n" * 5000, "two\nlines", "\x1b[31mred", ""])
-def test_names_fit_a_line(name: str, mixed_ehl: Cli, tmp_path: Path) -> None:
+def test_names_fit_a_line(name: str, mixed_ehl: Any, tmp_path: Path) -> None:
     plan = (Path(regression.__file__).parents[1] / "data" / "plans" / "demo.toml").read_text(encoding="utf-8")
     old = next(line for line in plan.splitlines() if line.startswith("name"))
     path = case(tmp_path, plan.replace(old, f"name = {json.dumps(name)}"))
     refused(mixed_ehl("sweep", path, "-o", tmp_path / "run"))
 
 
-def test_a_path_of_5000_characters_is_refused(mixed_ehl: Cli, tmp_path: Path) -> None:
+def test_a_path_of_5000_characters_is_refused(mixed_ehl: Any, tmp_path: Path) -> None:
     long = "n" * 5000
     for command in (
         ("solve", long), ("solve", f"{long}.toml"), ("sweep", long, "-o", "run"), ("sweep", "demo", "-o", long),
@@ -183,7 +182,7 @@ def test_errors_echo_no_more_than_a_line() -> None:
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no FIFOs here")
 @pytest.mark.parametrize("kind", ["fifo", "device", "folder"])
-def test_pipes_devices_and_folders_are_refused_as_input(kind: str, mixed_ehl: Cli, tmp_path: Path) -> None:
+def test_pipes_devices_and_folders_are_refused_as_input(kind: str, mixed_ehl: Any, tmp_path: Path) -> None:
     path = {"fifo": tmp_path / "pipe.toml", "device": Path("/dev/zero"), "folder": tmp_path}[kind]
     if kind == "fifo":
         os.mkfifo(path)
@@ -198,7 +197,7 @@ def test_pipes_devices_and_folders_are_refused_as_input(kind: str, mixed_ehl: Cl
         refused(mixed_ehl("fit", path, "-o", tmp_path / "formula.json"))
 
 
-def test_a_file_too_large_is_refused_before_it_is_read(mixed_ehl: Cli, tmp_path: Path) -> None:
+def test_a_file_too_large_is_refused_before_it_is_read(mixed_ehl: Any, tmp_path: Path) -> None:
     path = tmp_path / "large.toml"
     with path.open("wb") as file:
         file.truncate(10 * MAX_BYTES)  # sparse
@@ -289,7 +288,7 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "merged.h5"
 
 
-def test_flipped_bits_in_the_attributes_of_a_result_file(results: Path, mixed_ehl: Cli, tmp_path: Path) -> None:
+def test_flipped_bits_in_the_attributes_of_a_result_file(results: Path, mixed_ehl: Any, tmp_path: Path) -> None:
     """Every bit of the beginning of a text, in turn: refused in a sentence, or the file reads."""
     content = bytearray(results.read_bytes())
     with h5py.File(results) as file:
@@ -327,7 +326,7 @@ def test_attributes_of_another_kind_are_refused(name: str, value: Any, results: 
             read_file(path)
 
 
-def test_declared_arrays_are_refused_before_memory_is_taken(results: Path, mixed_ehl: Cli, tmp_path: Path) -> None:
+def test_declared_arrays_are_refused_before_memory_is_taken(results: Path, mixed_ehl: Any, tmp_path: Path) -> None:
     path = tmp_path / "huge.h5"
     path.write_bytes(results.read_bytes())
     with h5py.File(path, "r+") as file:
@@ -340,7 +339,7 @@ def test_declared_arrays_are_refused_before_memory_is_taken(results: Path, mixed
         refused(mixed_ehl("sweep", "status", path))
 
 
-def test_a_plan_too_large_is_refused_before_its_points_are_made(mixed_ehl: Cli, tmp_path: Path) -> None:
+def test_a_plan_too_large_is_refused_before_its_points_are_made(mixed_ehl: Any, tmp_path: Path) -> None:
     plan = '[variables]\nslide_to_roll = 0.1\ntemperature_oil = "80 degC"\n'
     for name, low, high in (
         ("pressure_hertz", "0.5 GPa", "2 GPa"), ("radius_equivalent", "5 mm", "50 mm"),
@@ -372,7 +371,7 @@ def test_numbers_of_points_within_reason(field: str, work: Callable[[efficiency.
         work(efficiency.load("fm_spiral_bevel_14x39"))
 
 
-def test_jobs_within_reason(mixed_ehl: Cli, tmp_path: Path) -> None:
+def test_jobs_within_reason(mixed_ehl: Any, tmp_path: Path) -> None:
     assert checked_jobs(1) == 1
     assert checked_jobs(None) >= 1
     for command in (
@@ -397,7 +396,7 @@ def test_a_full_device_is_one_sentence(command: tuple[str, ...]) -> None:
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no full device here")
-def test_a_file_on_a_full_device_is_one_sentence(mixed_ehl: Cli) -> None:
+def test_a_file_on_a_full_device_is_one_sentence(mixed_ehl: Any) -> None:
     refused(mixed_ehl("export", "75w90", "-o", "/dev/full"))
 
 
@@ -414,7 +413,7 @@ def test_files_are_written_whatever_becomes_of_standard_output(closed: tuple[int
 
 
 @pytest.mark.parametrize("option", ["--time-cap=-5 s", "--time-cap=5 m", "--retries=-1", "--slurm=0", "--jobs=-3"])
-def test_options_are_checked_for_an_estimate_as_well(option: str, mixed_ehl: Cli) -> None:
+def test_options_are_checked_for_an_estimate_as_well(option: str, mixed_ehl: Any) -> None:
     refused(mixed_ehl("sweep", "demo", "--estimate", option))
 
 
@@ -436,7 +435,7 @@ DESIGN = "fm_spiral_bevel_14x39"
     ids=" ".join,
 )  # fmt: skip
 def test_outputs_are_checked_before_anything_is_computed(
-    command: tuple[str, ...], mixed_ehl: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    command: tuple[str, ...], mixed_ehl: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A path below a file, and a folder, or file, in place of the other."""
 
@@ -487,7 +486,7 @@ def test_any_name_is_drawn(name: str, suffix: str, tmp_path: Path) -> None:
     assert suffix != ".svg" or "☃" not in name or f">{name}<" in picture_svg(Picture(lambda: figure, ""))
 
 
-def test_brackets_in_an_option_are_no_markup(mixed_ehl: Cli) -> None:
+def test_brackets_in_an_option_are_no_markup(mixed_ehl: Any) -> None:
     for command in (("mu", "[/bold]", *POINT), ("gear", "[/red]"), ("sweep", "[bold]", "-o", "[/x]"), ("solve", "[/]")):
         refused(mixed_ehl(*command))
     refused(mixed_ehl("demo", "--jobs", "[/bold]"))
@@ -505,7 +504,7 @@ def test_doctor_without_the_installed_distribution(monkeypatch: pytest.MonkeyPat
 
 
 @pytest.mark.parametrize(("name", "constant"), [("B", "1e400"), ("B", "3e5"), ("C", "1e308"), ("C", "-1e200")])
-def test_oils_without_a_viscosity_are_refused(name: str, constant: str, mixed_ehl: Cli, tmp_path: Path) -> None:
+def test_oils_without_a_viscosity_are_refused(name: str, constant: str, mixed_ehl: Any, tmp_path: Path) -> None:
     card = (Path(regression.__file__).parents[1] / "data" / "oils" / "fva3.toml").read_text(encoding="utf-8")
     old = next(line for line in card.splitlines() if line.startswith(f"{name} = "))
     refused(mixed_ehl("oil", case(tmp_path, card.replace(old, f"{name} = {constant}"))))

@@ -322,9 +322,7 @@ def test_load_capacity_of_the_technical_report(name: str) -> None:
 
 
 def test_dynamic_factor_of_the_technical_report() -> None:
-    """K_v of samples 1 and 2 and K of sample 3 to the printed digit; their contact ratios are 2.39, 3.11 and 2.04."""
-    for name, printed in (("iso23509_f2", 1.020), ("iso23509_f3", 1.016)):
-        assert pair_blank(load_blank(name)).rating_drive.dynamic_factor == pytest.approx(printed, abs=6e-4)
+    """K of sample 3 to the printed digit, at a contact ratio of 2.04; K_v of the others stands in `RATED`."""
     inputs = load_blank("iso23509_f4")
     rating = inputs.rating.model_copy(update={"dynamic_factor": None})
     found = pair_blank(inputs.model_copy(update={"rating": rating})).rating_drive.dynamic_factor

@@ -1,7 +1,6 @@
 """Laws of the oil against printed coefficients: a wrong exponent or constant is far outside."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -109,23 +108,6 @@ def test_groups_of_the_line_contact_by_hand() -> None:
     assert effective_modulus(steel, steel) == pytest.approx(206e9 / (1 - 0.09), rel=1e-12)
     rolling = LineContact(0.02, 200e9, 4e5, 5.0)
     assert (rolling.speed_sliding, rolling.sliding_cosine) == (0.0, 1.0)
-
-
-@pytest.mark.parametrize(
-    "oil",
-    [
-        BARUS,
-        ROELANDS,
-        Oil.load("fva3").at(353.15),
-        # the modulus law with the temperature slope of another law
-        replace(Oil.load("fva3").at(353.15), temperature_constants=()),
-    ],
-    ids=["barus", "roelands", "modulus", "modulus with beta"],
-)
-def test_temperature_slope_of_every_law_under_pressure_is_its_derivative(oil: Lubricant) -> None:
-    pressure, temperature, step = np.array([0.0, 0.4e9, 1.5e9]), np.array([323.15, 363.15, 403.15]), 0.01
-    up, down = (oil.log_viscosity(pressure, temperature + s) for s in (step, -step))
-    np.testing.assert_allclose(oil.dlog_viscosity_dtemperature(pressure, temperature), (up - down) / 0.02, rtol=1e-6)
 
 
 def test_tabulated_pressure_viscosity_is_linear_in_its_logarithm() -> None:

@@ -16,8 +16,8 @@ from ehl.fluid.density import Murnaghan, Tait
 from ehl.fluid.free_volume import Doolittle, ImprovedYasutomi, McEwenPaluch, OriginalYasutomi
 from ehl.fluid.oil import Oil
 from ehl.fluid.oil_laws import GoldAlpha
-from ehl.fluid.pressure_viscosity import DEFINITIONS, AlphaDefinition, alpha_of, roelands_slope, solve_constant
-from ehl.fluid.viscosity import AbsoluteLaw, BarusLaw, ModulusLaw, PressureLaw, RelativeLaw, RoelandsLaw, ScaledRise
+from ehl.fluid.pressure_viscosity import DEFINITIONS, AlphaDefinition, alpha_of, roelands_slope
+from ehl.fluid.viscosity import AbsoluteLaw, BarusLaw, ModulusLaw, PressureLaw, RelativeLaw, RoelandsLaw
 
 # Bair's 80W-90 gear oil and Shell T9 (improved form), 5P4E (original form), squalane (Doolittle with Tait)
 GEAR_OIL = ImprovedYasutomi(
@@ -95,17 +95,6 @@ def test_coefficients_are_their_integrals() -> None:
     end = 3.0 / alpha_of(law, "star")
     film = -math.expm1(-3.0) / quad(fluidity, 0.0, end, epsrel=1e-12)[0]
     assert alpha_of(law, "film") == pytest.approx(film, rel=1e-10, abs=0.0)
-
-
-@pytest.mark.parametrize("definition", DEFINITIONS)
-@pytest.mark.parametrize("alpha", [8e-9, 14e-9, 25e-9])
-def test_a_stated_coefficient_comes_out_of_every_law(definition: AlphaDefinition, alpha: float) -> None:
-    roelands = solve_constant(lambda value: RoelandsLaw(0.02, value, 353.15, 0.03), alpha, definition, alpha)
-    assert alpha_of(RoelandsLaw(0.02, roelands, 353.15, 0.03), definition) == pytest.approx(alpha, rel=1e-10, abs=0.0)
-    for law in (*ABSOLUTE.values(), None):
-        own = arana(*PAO100, 80.0) if law is None else RelativeLaw(law, 353.15)
-        factor = solve_constant(lambda value, own=own: ScaledRise(own, value), alpha, definition, 1.0)
-        assert alpha_of(ScaledRise(own, factor), definition) == pytest.approx(alpha, rel=1e-10, abs=0.0)
 
 
 def test_closed_form_of_the_roelands_secant() -> None:
@@ -243,15 +232,6 @@ def test_original_yasutomi_form_never_thins_under_pressure() -> None:
         rising = (np.minimum.accumulate(distance) == distance) & (distance > -0.5 * 20.69)
         assert rising.sum() > 20
         np.testing.assert_allclose(value[rising], plain[rising], rtol=1e-9)
-
-
-@pytest.mark.parametrize("law", [BarusLaw(18e-9, 353.15, 0.03), RelativeLaw(T9, 353.15), arana(*M100, 80.0)])
-def test_rise_under_pressure_alone_is_multiplied(law: BarusLaw | RelativeLaw | ModulusLaw) -> None:
-    pressure, warm = np.array([0.0, 0.5e9, 1e9]), np.full(3, 393.15)
-    ambient = law.log_ratio(np.zeros(3), warm)
-    wanted = ambient + 1.3 * (law.log_ratio(pressure, warm) - ambient)
-    np.testing.assert_allclose(ScaledRise(law, 1.3).log_ratio(pressure, warm), wanted, rtol=1e-12)
-    np.testing.assert_allclose(ScaledRise(law, 1.3).log_ratio(pressure), 1.3 * law.log_ratio(pressure), rtol=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,6 @@
 
 import json
 import math
-from collections.abc import Callable
 from dataclasses import astuple
 from pathlib import Path
 from typing import Any
@@ -19,8 +18,6 @@ from efficiency.design.flank_input import BlankInput
 from ehl.common.data import data_names, data_path
 from ehl.common.errors import InputError
 from ehl.common.validation import read_toml, validate
-
-Cli = Callable[..., Any]
 
 
 def content(name: str = "iso23509_f4", **changes: Any) -> dict[str, Any]:
@@ -174,7 +171,7 @@ def test_backlash_is_stated_in_each_section(kind: str) -> None:
     assert pair.backlash_outer_normal == pytest.approx(ratio * pair.backlash_outer_transverse, rel=1e-12)
 
 
-def test_drawing_data_with_mounting_distances(mixed_ehl: Cli, tmp_path: Path) -> None:
+def test_drawing_data_with_mounting_distances(mixed_ehl: Any, tmp_path: Path) -> None:
     """Mounting distance less crown distance is the height of the crown over the locating face; checked values."""
     pair = made("iso23509_f4", mounting_distance_pinion="130 mm")
     assert pair.pinion.crown_to_back == pytest.approx(0.13 - pair.pinion.crossing_to_crown)
@@ -189,7 +186,7 @@ def test_drawing_data_with_mounting_distances(mixed_ehl: Cli, tmp_path: Path) ->
 
 
 @pytest.mark.usefixtures("commands_alone")
-def test_drawing_data_of_a_design_are_those_of_its_blank(mixed_ehl: Cli, tmp_path: Path) -> None:
+def test_drawing_data_of_a_design_are_those_of_its_blank(mixed_ehl: Any, tmp_path: Path) -> None:
     rows = {row[0]: row[3:] for row in made("iso23509_f2").drawing_table().rows}
     pair = efficiency.load("fm_spiral_bevel_14x39")
     drawing = pair.drawing()

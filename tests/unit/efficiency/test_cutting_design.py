@@ -1,7 +1,6 @@
 """Cutters, machines and other ways to give a flank in a design file; machine summaries and setting sheets."""
 
 import tomllib
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -320,7 +319,6 @@ def test_missing_file(tmp_path: Path) -> None:
 
 
 PAIR = "fm_spiral_bevel_14x39"
-Cli = Callable[..., Any]
 
 
 @pytest.mark.parametrize("units", ["metric", "inch"])
@@ -343,7 +341,7 @@ def test_sheet_of_every_shipped_design_is_read_back(name: str, units: Any, tmp_p
     assert again.assembly == design.assembly
 
 
-def test_a_sheet_as_papers_print_it(mixed_ehl: Cli, tmp_path: Path) -> None:
+def test_a_sheet_as_papers_print_it(mixed_ehl: Any, tmp_path: Path) -> None:
     """Zeros of a Formate gear, labels with units, decimal commas, cp1252; the hands are those of the other design."""
     base, sheet, output = load_design("fm_hypoid_13x42"), tmp_path / "sheet.csv", tmp_path / "again.toml"
     text = sheet_text(base, "metric")

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from refusals import fails, refuses
 
 import efficiency
@@ -18,6 +17,7 @@ from efficiency.mesh import Mesh
 from efficiency.strength.hexahedra import CORNERS_AND_EDGES, Factors, element_stiffness
 from efficiency.strength.root_mesh import Counts, _with_arc, root_mesh
 from efficiency.strength.root_stress import RootTooth, _unit_forces, root_tooth
+from ehl.common.arrays import BoolArray, FloatArray, IntArray
 from ehl.material import Material
 
 STEEL = Material.load("steel")
@@ -120,7 +120,6 @@ def test_default_rim_and_its_limit(design: Design, tmp_path: Path) -> None:
         load_design(file)
 
 
-FloatArray = NDArray[np.float64]
 E = 2.1e11
 
 
@@ -134,7 +133,7 @@ def tooth_of(mesh: Mesh, member: Member) -> RootTooth:
     return root_tooth(mesh.bevel.flanks(), member, getattr(mesh.grids.teeth, member), mesh.pitch.module_normal)
 
 
-def box(counts: tuple[int, int, int], size: tuple[float, float, float]) -> tuple[FloatArray, NDArray[np.int64]]:
+def box(counts: tuple[int, int, int], size: tuple[float, float, float]) -> tuple[FloatArray, IntArray]:
     lattice = np.indices([2 * n + 1 for n in counts])
     used = (lattice % 2).sum(axis=0) <= 1
     number = np.full(used.shape, -1)
@@ -145,9 +144,7 @@ def box(counts: tuple[int, int, int], size: tuple[float, float, float]) -> tuple
     return nodes, number[i, j, k]
 
 
-def solved(
-    nodes: FloatArray, elements: NDArray[np.int64], held: NDArray[np.bool_], kept: NDArray[np.bool_], force: FloatArray
-) -> FloatArray:
+def solved(nodes: FloatArray, elements: IntArray, held: BoolArray, kept: BoolArray, force: FloatArray) -> FloatArray:
     """Displacement (n, 3) of a body that does not contract across; the kept nodes are solved last."""
     stiffness = element_stiffness(nodes[elements], np.full(len(elements), E), 0.0)
     factors = Factors(elements, stiffness, nodes[elements].mean(axis=1) / 1e-3, kept, held)

@@ -16,7 +16,6 @@ from efficiency.axle.axle_input import load_axle
 from efficiency.conditions.duty import read_duty
 from efficiency.machine_settings.inputs import load_targets
 
-Cli = Callable[..., Any]
 READERS: dict[str, Callable[[Path], Any]] = {
     "oil": lambda path: ehl.Oil.load(str(path)).viscosity_kinematic_40,
     "contact": lambda path: ehl.Contact.from_file(path).contact.pressure_hertz,
@@ -33,7 +32,7 @@ EXPECTED = {
 
 
 @pytest.mark.parametrize("kind", READERS)
-def test_files_are_read(mixed_ehl: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str) -> None:
+def test_files_are_read(mixed_ehl: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str) -> None:
     monkeypatch.chdir(tmp_path)
     assert mixed_ehl("new", kind).code == 0
     [file] = tmp_path.iterdir()
@@ -98,7 +97,7 @@ def test_names_cannot_break_the_file(name: str) -> None:
         efficiency.new_file("plan", name + "\n")
 
 
-def test_terminal_asks_question_by_question(mixed_ehl: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_terminal_asks_question_by_question(mixed_ehl: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     answers = iter(["pao", "", "97.5 cSt", "13.3 cSt", ""])
     monkeypatch.setattr("typer.prompt", lambda text, default, show_default: next(answers) or default)
@@ -109,7 +108,7 @@ def test_terminal_asks_question_by_question(mixed_ehl: Cli, tmp_path: Path, monk
 
 
 @pytest.mark.parametrize(("words", "full"), [("gear fzg_c4", "fzg_c40"), ("oil 75", "75w90"), ("sweep run de", "demo")])
-def test_shell_completes_names(mixed_ehl: Cli, monkeypatch: pytest.MonkeyPatch, words: str, full: str) -> None:
+def test_shell_completes_names(mixed_ehl: Any, monkeypatch: pytest.MonkeyPatch, words: str, full: str) -> None:
     monkeypatch.setenv("_MIXED_EHL_COMPLETE", "complete_bash")
     monkeypatch.setenv("COMP_WORDS", f"mixed-ehl {words}")
     monkeypatch.setenv("COMP_CWORD", str(len(words.split())))

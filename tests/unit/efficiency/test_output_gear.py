@@ -4,7 +4,6 @@ import csv
 import json
 import re
 import shlex
-from collections.abc import Callable
 from dataclasses import replace
 from itertools import chain
 from pathlib import Path
@@ -192,7 +191,6 @@ def test_rating_sheet_of_a_design(mixed_ehl: Any, tmp_path: Path) -> None:
 
 EXAMPLE = Path(__file__).resolve().parents[3] / "docs" / "examples" / "gear_geometry.sh"
 PAIR = "fm_spiral_bevel_14x39"
-Cli = Callable[..., Any]
 
 
 @pytest.fixture(scope="module")
@@ -286,7 +284,7 @@ def commands() -> list[str]:
     return [line for line in EXAMPLE.read_text(encoding="utf-8").splitlines() if line.startswith("mixed-ehl")]
 
 
-def test_example_commands_run(mixed_ehl: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_example_commands_run(mixed_ehl: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     for line in commands():
         outcome = mixed_ehl(*shlex.split(line)[1:])
@@ -301,7 +299,7 @@ def test_example_commands_run(mixed_ehl: Cli, tmp_path: Path, monkeypatch: pytes
     assert all(line in tour for line in commands())
 
 
-def test_geometry_on_the_command_line(mixed_ehl: Cli) -> None:
+def test_geometry_on_the_command_line(mixed_ehl: Any) -> None:
     outcome = mixed_ehl("geometry", PAIR, "--json", "--side", "coast", "--marking", "8 um")
     result = json.loads(outcome.out)
     assert (result["marking"], list(result["sides"])) == (pytest.approx(8e-6), ["coast"])

@@ -1,7 +1,6 @@
 """Lubricants: laws, cards, their uncertainty, shear laws in the input file, and the command `oil`."""
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -31,6 +30,8 @@ LAWS = {
     "barus": Lubricant(0.02, 18e-9, viscosity_law="barus"),
     "roelands": Lubricant(0.02, 18e-9, viscosity_law="roelands"),
     "modulus": Oil.load("fva3").at(353.15),
+    # with the temperature slope of another law
+    "modulus with beta": replace(Oil.load("fva3").at(353.15), temperature_constants=()),
 }
 PRESSURE = np.linspace(0.0, 2e9, 41)
 
@@ -103,7 +104,9 @@ def test_the_factor_multiplies_the_rise_with_pressure(law: str) -> None:
     plain, thick = LAWS[law], replace(LAWS[law], pressure_rise_factor=1.2)
     warm = np.full_like(PRESSURE, 373.15)
     np.testing.assert_allclose(thick.log_viscosity_ratio(PRESSURE), 1.2 * plain.log_viscosity_ratio(PRESSURE))
-    np.testing.assert_allclose(thick.log_viscosity(np.zeros(1), warm[:1]), plain.log_viscosity(np.zeros(1), warm[:1]))
+    ambient = plain.log_viscosity(np.zeros(1), warm[:1])
+    expected = ambient + 1.2 * (plain.log_viscosity(PRESSURE, warm) - ambient)
+    np.testing.assert_allclose(thick.log_viscosity(PRESSURE, warm), expected, rtol=1e-12)
     assert thick.pressure_law.by_pressure(np.zeros(1))[0] == pytest.approx(thick.alpha, rel=1e-12)
     up, down = (thick.log_viscosity(PRESSURE, warm + s) for s in (0.01, -0.01))
     np.testing.assert_allclose(thick.dlog_viscosity_dtemperature(PRESSURE, warm), (up - down) / 0.02, rtol=1e-6)
@@ -160,9 +163,6 @@ def test_a_card_states_its_own_uncertainty_and_the_rest_is_assumed() -> None:
         Oil.load("fva3").at(80.0)
 
 
-Cli = Callable[..., Any]
-
-
 def test_points_of_every_source_are_met_by_the_card() -> None:
     """Points computed from the printed constants, not by the card: 1 % in eta at every pressure and temperature."""
     cards = {row.split(",")[0] for row in data_path("reference", "oil_points.csv").read_text().splitlines()[4:]}
@@ -185,7 +185,7 @@ def test_a_saved_card_is_the_same_oil(name: str, tmp_path: Path) -> None:
         oil.save(tmp_path / "mine.txt")
 
 
-def test_command_writes_a_generic_card_that_solves(mixed_ehl: Cli, tmp_path: Path) -> None:
+def test_command_writes_a_generic_card_that_solves(mixed_ehl: Any, tmp_path: Path) -> None:
     card = tmp_path / "my_oil.toml"
     outcome = mixed_ehl("oil", "--base", "ester", "--nu40", "97 cSt", "--nu100", "14 cSt", "-o", card)
     assert outcome.code == 0

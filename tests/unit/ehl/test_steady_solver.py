@@ -212,45 +212,12 @@ def test_log_kernel_of_a_constant_pressure(grid):
     np.testing.assert_allclose(_kernels.log_kernel(grid.nodes).sum(axis=1)[1:-1], exact, rtol=1e-9, atol=1e-9)
 
 
-def twin_nodal_state(case, oil, p, h, offset):
-    gamma, cross = case.gamma, case.cross
-    log_eta = case.stiffness * oil.log_viscosity_ratio(PRESSURE * p) + offset
-    rho = oil.density_ratio(PRESSURE * p)
-    ratio = gamma / h * np.exp(log_eta)
-    angle = np.arcsinh(ratio)
-    across = np.sinh(angle) / angle if gamma > 0.0 else 1.0
-    return rho, log_eta, np.exp(-log_eta) * (cross * np.cosh(angle) + (1.0 - cross) * across)
-
-
-@pytest.mark.parametrize("law", OILS)
-@pytest.mark.parametrize(("gamma", "cross"), [(0.0, 1.0), (0.3, 1.0), (0.3, 0.0), (1e-3, 0.4), (20.0, 0.4)])
-def test_nodal_state(law, gamma, cross):
-    case = scaled(law, gamma, cross, stiffness=0.7)
-    p, h, offset = np.linspace(0.0, 1.3, 40), np.linspace(3.0, 0.05, 40), np.linspace(-0.5, 0.2, 40)
-
-    def state(p, h, offset):
-        return nodal_state(case, p, h, offset)
-
-    values = state(p, h, offset)
-    for mine, twin in zip(
-        (values[0], values[2], values[3]), twin_nodal_state(case, OILS[law], p, h, offset), strict=True
-    ):
-        np.testing.assert_allclose(mine, twin, rtol=2e-8, atol=1e-8)
-    step = 1e-6
-    centre = p + 1e-3, h, offset
-    slopes = [state(*centre)[i] for i in (1, 4, 5, 6)]
-    for slope, place, output in zip(slopes, (0, 0, 1, 2), (0, 3, 3, 3), strict=True):
-        up, down = list(centre), list(centre)
-        up[place], down[place] = up[place] + step, down[place] - step
-        twin = (state(*up)[output] - state(*down)[output]) / (2.0 * step)
-        np.testing.assert_allclose(slope, twin, rtol=2e-6, atol=1e-9 * np.abs(twin).max() + 1e-15)
-
-
+@pytest.mark.parametrize("gamma", [1e-3, 0.3, 20.0])
 @pytest.mark.parametrize("cross", [0.0, 0.4, 1.0])
-def test_nodal_state_with_a_stress_that_rises_with_pressure(cross):
+def test_nodal_state_with_a_stress_that_rises_with_pressure(gamma, cross):
     """The short form against the general law in logarithms, whose directions add with the weights of a hot film."""
     shear = ShearLaw("eyring", LinearStress(4e6, 0.02)).numbers(PRESSURE, 5e6, 0.01)
-    case = replace(scaled(cross=cross), shear=shear)
+    case = replace(scaled(gamma=gamma, cross=cross, stiffness=0.7), shear=shear)
     p, h, offset = np.linspace(0.0, 1.3, 40), np.geomspace(3.0, 0.01, 40), np.linspace(-0.5, 0.2, 40)
     state = np.empty((_kernels.ROWS, p.size))
     shares = 0.9, 0.7

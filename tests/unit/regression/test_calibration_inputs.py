@@ -2,7 +2,6 @@
 
 import math
 import tomllib
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +11,6 @@ import pytest
 from regression.calibration.calibrate import setup_of
 from regression.calibration.measurement import read_measurement
 
-Cli = Callable[..., Any]
 SETUP = """
 oil = "fva3"
 parameters = ["eyring_stress", "boundary_friction"]
@@ -108,7 +106,7 @@ def test_slip_in_both_directions_is_folded_and_repeats_averaged(tmp_path: Path, 
         (GOOD, SETUP + '[surface]\nroughness_rms_1 = "1 um"\n', "surface.roughness_rms_1"),
     ],
 )
-def test_refusals(mixed_ehl: Cli, tmp_path: Path, table: str, setup: str, field: str) -> None:
+def test_refusals(mixed_ehl: Any, tmp_path: Path, table: str, setup: str, field: str) -> None:
     measured, given = files(tmp_path, table, setup)
     outcome = mixed_ehl("calibrate", measured, "--setup", given, "--jobs", "1")
     assert outcome.code == 2

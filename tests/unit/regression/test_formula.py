@@ -5,7 +5,6 @@ import math
 import runpy
 import shutil
 import subprocess
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +27,6 @@ from regression.friction.models import FrictionFlag
 from regression.friction.published import XU_COEFFICIENTS
 from regression.friction.uncertainty import friction_changes
 
-Cli = Callable[..., Any]
 XU: dict[str, Any] = Formula.load("fva3_short").model_dump(mode="json", by_alias=True) | {
     "family": "xu",
     "equation": FAMILIES["xu"].equation,
@@ -139,7 +137,7 @@ EDITED = {"coefficients": {"strain": 0.9}, "interval": {"largest": 0.01}, "bound
 
 
 @pytest.mark.parametrize(("name", "value"), EDITED.items())
-def test_an_edited_number_is_refused(tmp_path: Path, mixed_ehl: Cli, name: str, value: Any) -> None:
+def test_an_edited_number_is_refused(tmp_path: Path, mixed_ehl: Any, name: str, value: Any) -> None:
     content, path = json.loads(Formula.load("fva3_short").to_json()), tmp_path / "edited.json"
     content[name] = content[name] | value if isinstance(value, dict) else value
     path.write_text(json.dumps(content))
@@ -246,7 +244,7 @@ def test_what_a_formula_of_a_file_has_and_lacks() -> None:
 
 
 @pytest.mark.fast
-def test_a_finish_gives_the_roughness_of_a_contact(mixed_ehl: Cli) -> None:
+def test_a_finish_gives_the_roughness_of_a_contact(mixed_ehl: Any) -> None:
     formula = Formula.load("75w90")
     point = {"pressure_hertz": 1e9, "radius_equivalent": 0.015, "speed_entrainment": 5.0, "slide_to_roll": 0.2}
     given = {"temperature": 363.15, "roughness_rms": 0.4e-6}

@@ -15,8 +15,6 @@ from efficiency.contact.flank_pair import FlankPair, flank_pair
 from efficiency.contact.gear_flanks import SIDES, Side
 from efficiency.contact.mesh_surface import MeshSurface, mesh_surface
 from efficiency.contact.tooth_grid import tooth_shapes
-from efficiency.cutting.cutter import Blade
-from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.machine import turn
 from efficiency.design.design import Design, load_design
 
@@ -178,49 +176,10 @@ def test_undercut_is_told_and_leaves_no_gap_in_the_numbers() -> None:
     assert np.isfinite(shape.thickness_root).all()
 
 
-def crown_pinion(gear: CutFlank, pinion: CutFlank) -> CutFlank:
-    """Pinion cut by the gear's own cutter surface on the gear's own cradle: exactly conjugate (Olivier's principle).
-
-    Cradle and both members share one instantaneous axis, the common pitch line. Seen from the pinion the cradle axis
-    points the other way, and the outside of the cutter becomes an inside.
-    """
-    machine, blade, depth = gear.machine, gear.blade, 0.01
-    other = "convex" if blade.side == "concave" else "concave"
-    radius = blade.point_radius + blade.sign * depth * np.tan(blade.blade_angle)
-    settings = replace(
-        machine,
-        cradle_angle=-machine.cradle_angle,
-        machine_root_angle=0.5 * np.pi - machine.machine_root_angle,
-        roll_ratio=machine.roll_ratio * gear.blank.teeth / pinion.blank.teeth,
-        sliding_base=-(machine.sliding_base + depth),
-    )
-    return CutFlank(Blade(float(radius), blade.blade_angle, other), settings, pinion.blank)
-
-
-@pytest.fixture(scope="module", params=SIDES)
-def conjugate(request: pytest.FixtureRequest, design: Design) -> MeshSurface:
-    pinion, gear = design.flanks().mating(request.param)
-    return mesh_surface(gear, crown_pinion(gear, pinion), design.placement())
-
-
 def points_inside(surface: MeshSurface, count: int = 60) -> tuple[np.ndarray, np.ndarray]:
     random = np.random.default_rng(3)
     (u0, u1), (v0, v1) = surface.patch.u_range, surface.patch.v_range
     return random.uniform(u0, u1, count), random.uniform(v0, v1, count)
-
-
-def exact_conjugate(surface: MeshSurface, u: np.ndarray, v: np.ndarray) -> ConjugatePoints:
-    points, found = surface.gear.solve(u, surface.height(u, v))
-    assert found.all()
-    return conjugate_points(points, surface.assembly)
-
-
-def test_exactly_conjugate_pinion_has_no_ease_off(conjugate: MeshSurface) -> None:
-    u, v = points_inside(conjugate)
-    relief, _, found = ease_off(exact_conjugate(conjugate, u, v), conjugate.pinion, conjugate.phase)
-    assert found.all()
-    assert np.abs(relief).max() < 1e-13
-    assert np.abs(conjugate.patch(u, v, ("ease_off",))).max() < 1e-13
 
 
 @pytest.mark.parametrize("side", SIDES)
@@ -228,7 +187,9 @@ def test_interpolation_error_is_estimated(design: Design, side: Side) -> None:
     """The patch against exact points between its nodes; the estimate from the tail is not too small."""
     surface = flank_pair(design.flanks(), side).surface
     u, v = points_inside(surface)
-    relief, _, found = ease_off(exact_conjugate(surface, u, v), surface.pinion, surface.phase)
+    on_gear, found = surface.gear.solve(u, surface.height(u, v))
+    assert found.all()
+    relief, _, found = ease_off(conjugate_points(on_gear, surface.assembly), surface.pinion, surface.phase)
     assert found.all()
     worst = np.abs(surface.patch(u, v, ("ease_off",))[0] - relief).max()
     assert worst < max(surface.interpolation_error, 1e-14)

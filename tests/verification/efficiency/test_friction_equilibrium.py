@@ -7,14 +7,13 @@ from functools import cache
 import numpy as np
 import pytest
 from samples import AXLE_OIL as OIL
-from samples import tiny_load, tiny_mesh
 
 import efficiency
 from efficiency.contact.contact_lines import MeshPosition
 from efficiency.cylindrical_gears.contact_lines import cylindrical_tooth
 from efficiency.design.design import load_design
 from efficiency.loss.closed_form import PitchGeometry, buckingham_type, coleman_type, lengthwise_sliding
-from efficiency.loss.efficiency import MeshGrids, load_grids, mesh_efficiency, solve_balanced
+from efficiency.loss.efficiency import MeshGrids, load_grids, solve_balanced
 from efficiency.loss.ehl_friction import EhlFriction
 from efficiency.loss.kinematics import Axis, Driver, Operation, loaded_points
 from efficiency.ltca.load_distribution import LoadDistribution, PositionLoad, TeethElasticity, distribute_load
@@ -221,47 +220,6 @@ def test_interval_of_the_formula_contains_solved_contacts(kind: str) -> None:
     assert formula.outside_range_share < 0.01
     assert formula.efficiency_lower < solved.efficiency < formula.efficiency_upper
     assert solved.efficiency_lower < formula.efficiency < solved.efficiency_upper
-
-
-@pytest.mark.parametrize("name", ["fh_hypoid_9x34", "fm_spiral_bevel_14x39"])
-def test_constant_friction_is_the_integral_over_the_lines(name: str) -> None:
-    """Sliding from both axes of rotation, and the trapezoidal rule for w' |v_s| over the length of the lines."""
-    mesh = tiny_mesh(design=name).grids
-    loaded = load_grids(mesh, 200.0)
-    result = mesh_efficiency(loaded, ConstantFriction(0.05), OIL, OPERATION)
-    pinion, gear = mesh.axes
-    total = 0.0
-    for load in loaded.fine.positions:
-        p = load.position
-        ratio = float(np.mean(p.lever_gear / p.lever_pinion))
-        # the gear turns so that the flanks stay in touch: equal velocities along the normal
-        one = np.cross(pinion.direction, p.position - pinion.origin)
-        two = np.cross(gear.direction, p.position - gear.origin)
-        way = np.sum(one * p.normal, axis=1) / np.sum(two * p.normal, axis=1)
-        np.testing.assert_allclose(np.abs(way), 1.0 / ratio, rtol=1e-3)
-        slip = one - way[:, None] * two
-        density = load.load_per_length * np.linalg.norm(slip, axis=1)
-        for at in p.lines:
-            if at.size < 3:
-                continue
-            # midpoints of equal parts: the ends of a line lie half a part beyond its outer points
-            middle = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(p.position[at], axis=0), axis=1))])
-            half = 0.5 * p.length[at]
-            run = np.concatenate([[-half[0]], middle, [middle[-1] + half[-1]]])
-            ends = np.concatenate([density[at][:1], density[at], density[at][-1:]])
-            total += float(np.trapezoid(ends, run))
-    mean = 0.05 * total * OPERATION.speed / len(loaded.fine.positions)
-    assert result.power_loss == pytest.approx(mean, rel=0.01)
-
-
-def test_no_friction_no_loss_either_way() -> None:
-    loaded = tiny_load()
-    for driver in ("pinion", "gear"):
-        result = mesh_efficiency(loaded, ConstantFriction(0.0), OIL, replace(OPERATION, driver=driver))
-        assert (result.efficiency, result.power_loss) == (1.0, 0.0)
-        # rolling goes on, and is told apart
-        assert result.power_loss_rolling > 0.0
-        assert 0.99 < result.efficiency_with_rolling < 1.0
 
 
 ANGLES = [math.radians(angle) for angle in (20.0, 48.0, 22.0, 25.0, 63.0)]

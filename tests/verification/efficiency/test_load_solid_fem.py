@@ -1,17 +1,22 @@
 """Elastic teeth and root stress against other finite elements (`tests/twins`), and the deflection near a free edge."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 from twins.compliance_fem import Counts, line_load, nine_points, scaled_orders
 from twins.free_edge import approach
-from twins.root_stress_fem import Cells, root_peaks
+from twins.root_stress_fem import root_peaks
 
 import efficiency
 from efficiency.contact.gear_flanks import Member
+from efficiency.contact.tooth_grid import root_profile
 from efficiency.design.design import load_design
 from efficiency.ltca.edge_contact import free_edge_compliance
 from efficiency.ltca.load_distribution import weber_local
 from efficiency.ltca.solid_tooth import solid_tooth_of
+from efficiency.strength import root_mesh
 
 COARSE = Counts(tooth=2, slot=2, rows=6, body=3, along=8)
 
@@ -53,24 +58,40 @@ def test_orders_have_converged(name: str, member: Member) -> None:
     assert coarse.mean() < default.mean()
 
 
-def test_elements_find_the_half_plane_far_from_all_faces() -> None:
-    """A load forty depths from the side face of a quarter-plane: Weber's approach."""
-    plain = float(weber_local(1.0, 0.2, 1.0, 1.0, 0.3))
-    assert approach("quarter-plane", 40.0, 1.0, 0.2, 0.3) == pytest.approx(plain, rel=0.005)
-
-
 @pytest.mark.parametrize("distance", [0.05, 0.15, 0.4])
 def test_load_next_to_the_end_of_a_strip(distance: float) -> None:
     """What the end adds, from a strip far from its end, in the unit of the whole approach."""
     half_width = 0.2 * distance
     plain, far = (float(weber_local(1.0, b, 1.0, 1.0, 0.3)) for b in (half_width, 0.2))
-    end = approach("strip", distance, 1.0, half_width, 0.3)
-    added = end - plain - (approach("strip", 4.0, 1.0, 0.2, 0.3) - far)
+    end = approach(distance, 1.0, half_width, 0.3)
+    added = end - plain - (approach(4.0, 1.0, 0.2, 0.3) - far)
     assert float(free_edge_compliance(distance, 1.0, 1.0, 0.3)) == pytest.approx(added, abs=0.035 * end)
 
 
 def test_root_stress_under_the_contact_forces() -> None:
     """Coarse elements; finer ones of ten members are in docs/strength.md."""
     loaded = efficiency.load("fh_spiral_bevel_12x37").mesh(positions=8, points_per_line=15).load()
-    found = root_peaks(loaded, "pinion", Cells(3, 7, 4, 3, 8), 0.25 * loaded.mesh.pitch.module_normal)
+    found = root_peaks(loaded, "pinion", root_mesh.Counts(3, 5, 2, 1, 2, 8))
     assert found.model == pytest.approx(found.elements, rel=0.05)
+
+
+@pytest.mark.parametrize("member", ["pinion", "gear"])
+def test_outlines_of_the_root_mesh_are_the_flank_and_the_cut_fillet(member: Member) -> None:
+    """At the middle of the face: above its start the flank itself, below it the fillet turned into its place."""
+    mesh = efficiency.load("fh_spiral_bevel_12x37").mesh(positions=4, points_per_line=9)
+    flanks, module, solid = mesh.bevel.flanks(), mesh.pitch.module_normal, getattr(mesh.grids.teeth, member)
+    found = root_mesh.root_mesh(flanks, member, solid.grid, solid.body.rim_thickness, module, root_mesh.Counts())
+    grid, middle = solid.grid, solid.grid.u.shape[1] // 2
+    assert found.stations[found.counts.along] == pytest.approx(found.columns[middle], rel=1e-12)
+    for k, (side, azimuth) in enumerate(zip(grid.sides, (grid.lower, grid.upper), strict=True)):
+        flank = flanks.of(member)[side]
+        flank = replace(flank, blade=replace(flank.blade, edge_radius=root_mesh.EDGE_RADIUS * module))
+        cut = root_profile(flank, grid.u.shape[1], np.inf)
+        line, height = (x[:, found.counts.along] for x in (found.outlines[k].azimuth, found.outlines[k].height))
+        on_flank = line - CubicSpline(grid.height[:, middle], azimuth[:, middle])(height)
+        assert np.abs(on_flank[height > cut.start[middle]]).max() < 1e-4
+        kept = height < cut.start[middle]
+        kept[:2] = False  # the root between the fillets
+        off = line - np.interp(height, cut.height[::-1, middle], cut.azimuth[::-1, middle])
+        assert kept.sum() >= 5
+        assert np.ptp(off[kept]) < 1e-9

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 from contacts import line_contact
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
+from ehl.common.arrays import FloatArray
 from ehl.contact import Contact
 from ehl.elastic_shear import (
     SHARE_FULL,
@@ -26,13 +26,13 @@ from ehl.line_contact import LineContact
 from ehl.rough.solve import solve_transient
 from ehl.smooth.solver import solve_steady
 
-Array = NDArray[np.float64]
-
 STATE: dict[str, Any] = {"oil": "fva3", "temperature_oil": 353.15, "pressure_hertz": 1e9}
 STATE |= {"radius_equivalent": 15e-3, "speed_entrainment": 5.0}
 
 
-def even_film(oil: Lubricant, slip: float, nodes: int = 401) -> tuple[LineContact, Array, Array, Array, Array]:
+def even_film(
+    oil: Lubricant, slip: float, nodes: int = 401
+) -> tuple[LineContact, FloatArray, FloatArray, FloatArray, FloatArray]:
     """A film of constant pressure and height over 0.4 mm, and its viscous stress."""
     line = line_contact(slide_to_roll=slip)
     x = np.linspace(0.0, 4e-4, nodes)
@@ -59,7 +59,7 @@ def test_eyring_film_against_an_integrator(final: float, start: float, gain: flo
     """d tau/ds = gain (1 - sinh(tau/tau0)/sinh(tau*/tau0)), tau0 = 5 MPa."""
     scale, stress = 5e6, start * final
 
-    def rate(_: float, tau: Array) -> Array:
+    def rate(_: float, tau: FloatArray) -> FloatArray:
         share = np.exp((tau - final) / scale) * np.expm1(-2.0 * tau / scale) / math.expm1(-2.0 * final / scale)
         return np.asarray(gain * (1.0 - share))
 
@@ -152,7 +152,7 @@ def test_rubbing_with_a_stick_zone_is_that_of_elastic_half_spaces(slip: float) -
     x, step = 0.5 * (edges[1:] + edges[:-1]), edges[1] - edges[0]
     sliding = 0.1 * line.pressure_hertz * np.sqrt(1.0 - (x / b) ** 2)
 
-    def lag(distance: Array) -> Array:
+    def lag(distance: FloatArray) -> FloatArray:
         return distance * (np.log(np.maximum(np.abs(distance), 1e-300)) - 1.0)
 
     places = np.concatenate(([x[0] - step], x))[:, None]

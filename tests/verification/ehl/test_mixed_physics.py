@@ -4,18 +4,12 @@ import math
 
 import numpy as np
 import pytest
-from twins.material_points import conducts_like_the_transient_solver
 from twins.rough_limits import FLOOR, dry_error, flow_factor_direct, flow_factor_model, gaussian_plane
-from twins.rough_scenes import STEEL, Scene, eyring_oil, friction, gaussian_pair, line, speed_of_film_ratio
+from twins.rough_scenes import Scene, eyring_oil, friction, gaussian_pair, line, speed_of_film_ratio
 from twins.waviness import attenuation, curve, linear_attenuation, mesh_of, oil_of
 
-from ehl.fluid.lubricant import Lubricant
-from ehl.fluid.oil import Oil
-from ehl.rough import solve_transient
 from ehl.rough._kernels.march import SHARE
-from ehl.rough.mixed import film_heat_of
 from ehl.smooth.solver import solve_steady
-from ehl.smooth.thermal import solve_smooth
 
 RMS = 0.4e-6
 
@@ -36,16 +30,6 @@ def test_drainage_gives_the_flow_factor_of_a_two_dimensional_gap(
     direct = [flow_factor_direct(np.maximum(gap + gaussian_plane(128, 5.0, gamma, s), FLOOR)) for s in range(3)]
     model = [flow_factor_model(gap, gamma, seed=s) for s in range(3)]
     assert low < np.mean(model) / np.mean(direct) < high
-
-
-def test_direct_solution_of_a_striped_gap_is_exact() -> None:
-    stripes = 1.0 + 0.5 * np.cos(2.0 * np.pi * np.arange(64) / 32)
-    along = flow_factor_direct(np.tile(stripes, (64, 1)))
-    assert along == pytest.approx(np.mean(stripes**3) / np.mean(stripes) ** 3, rel=1e-10)
-    half = 0.5 * (stripes[1:] + stripes[:-1])
-    resistance = np.sum(half**-3.0) + 0.5 * (stripes[0] ** -3.0 + stripes[-1] ** -3.0)
-    across = flow_factor_direct(np.tile(stripes[:, None], (1, 64)))
-    assert across == pytest.approx(64.0 / resistance / np.mean(stripes) ** 3, rel=1e-10)
 
 
 def test_drained_share_and_friction_reach_their_limits() -> None:
@@ -93,26 +77,3 @@ def test_without_oil_the_contact_is_the_dry_one() -> None:
     assert records[-1, SHARE] > 0.999
     assert difference < 2e-3
     assert touching == pytest.approx(dry, rel=0.02)
-
-
-@pytest.mark.parametrize(
-    ("oil", "speed", "slip", "pressure"),
-    [
-        (eyring_oil(), 5.0, 0.3, 1e9),
-        (eyring_oil(), 15.0, 1.0, 2e9),
-        # a modulus law, whose stiffness under pressure falls with temperature
-        (Oil.load("fva3").at(353.15), 5.0, 0.3, 0.7e9),
-        (Oil.load("fva3").at(353.15), 15.0, 1.0, 1.3e9),
-    ],
-    ids=["roelands", "roelands_hot", "modulus", "modulus_hot"],
-)
-def test_heat_agrees_with_the_steady_thermal_solver(
-    monkeypatch: pytest.MonkeyPatch, oil: Lubricant, speed: float, slip: float, pressure: float
-) -> None:
-    conducts_like_the_transient_solver(monkeypatch)
-    contact = line(speed, slip, pressure)
-    steady = solve_smooth(contact, oil, (STEEL, STEEL), thermal="on")
-    film_heat = film_heat_of(steady.heat, contact, oil)
-    moving = solve_transient(contact, oil, nodes=300, thermal=True, film_heat=film_heat)
-    assert moving.friction_coefficient == pytest.approx(steady.friction_fluid, rel=3e-3)
-    assert moving.temperature_film_max == pytest.approx(steady.temperature_film_max, abs=0.5)

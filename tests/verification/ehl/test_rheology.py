@@ -151,11 +151,6 @@ def test_stress_of_every_law(name: str) -> None:
     np.testing.assert_allclose(ours, np.log(tau[::20] / reference), atol=1e-12)
 
 
-def test_published_eyring_stress_of_the_axle_oil() -> None:
-    # MPa at 1, 1.5, 2 GPa, as printed
-    np.testing.assert_allclose(RISING(np.array([1e9, 1.5e9, 2e9])) / 1e6, [36.0, 47.0, 60.0], atol=0.5)
-
-
 CONTACT = line_contact(speed_sliding_lengthwise=1.0)
 OIL = Lubricant(0.015, 15e-9, temperature=353.15, temperature_viscosity=0.04)
 SMOOTH = {"limiting_shear_coefficient": 0.06, "limiting_shear": "smooth", "limiting_shear_ambient": 2e6}

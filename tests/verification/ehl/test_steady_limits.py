@@ -45,15 +45,6 @@ def rigid_pressure(exit_angle):
 EXIT_ANGLE = brentq(lambda angle: rigid_pressure(angle)[1][-1], 0.3, 0.6)
 
 
-def test_quadrature_of_the_rigid_contact_gives_the_classical_numbers():
-    gamma, pressure = rigid_pressure(EXIT_ANGLE)
-    inner = slice(1, -1)
-    load = simpson(pressure[inner] / np.cos(gamma[inner]) ** 2, x=gamma[inner])
-    assert 24.0 * load == pytest.approx(4.895, abs=2e-3)
-    assert math.tan(EXIT_ANGLE) == pytest.approx(0.4751, abs=1e-4)
-    assert 1.0 / math.cos(EXIT_ANGLE) ** 2 == pytest.approx(1.2257, abs=1e-4)
-
-
 @pytest.mark.parametrize(("load", "tolerance"), [(0.05, 6e-3), (0.01, 1.2e-3)])
 def test_thick_isoviscous_film_is_the_rigid_martin_solution(load, tolerance):
     contact, oil = from_moes(load, 0.0, pressure=1e8)

@@ -5,7 +5,7 @@ Statistics are run on a friction law of one line in place of the contact solver;
 
 import json
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -25,7 +25,6 @@ from regression.calibration.calibrate import Calibration, ParameterEstimate, all
 from regression.calibration.measurement import SYNTHETIC, Measurement, read_measurement
 from regression.calibration.setup import CalibrationSetup
 
-Cli = Callable[..., Any]
 SIGMA = 8e-4
 TRUTH = {"eyring_stress": 4e6, "boundary_friction": 0.12, "boundary_film": 30e-9}
 
@@ -251,7 +250,7 @@ thermal = "off"
 CONDITIONS = "speed_entrainment [m/s],slide_to_roll [%]\n2,0.5\n2,2\n2,10\n1,20\n0.2,20\n0.08,20\n"
 
 
-def test_the_solver_gives_back_what_was_put_in(mixed_ehl: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_solver_gives_back_what_was_put_in(mixed_ehl: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """From synthetic friction to values, figure and card, on the command line."""
     monkeypatch.chdir(tmp_path)
     Path("setup.toml").write_text(SETUP, encoding="utf-8")

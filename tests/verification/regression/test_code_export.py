@@ -15,10 +15,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from refusals import refuses
 from scipy.stats import qmc
 
+from ehl.common.arrays import FloatArray
 from ehl.fluid.oil import Oil
 from ehl.state import ContactState
 from regression.export.program import program_of
@@ -27,7 +27,6 @@ from regression.friction.conditions import LUBRICANT_UNITS, conditions_of
 from regression.friction.models import FrictionFlag
 from regression.friction.oil_cards import OilIdentity
 
-Array = NDArray[np.float64]
 # ranges of the points far beyond those of a formula
 FAR = {
     "pressure_hertz": (0.1e9, 4e9), "radius_equivalent": (2e-3, 0.2), "effective_modulus": (2.0e11, 2.4e11),
@@ -39,7 +38,7 @@ WITHOUT_GUARD = " without guard"  # of a formula whose guard is left out
 
 
 @cache
-def points(name: str) -> dict[str, Array]:
+def points(name: str) -> dict[str, FloatArray]:
     """1000 points: 600 over the range of the formula, 400 far beyond it, some smooth, some without sliding."""
     ranges = formula_of(name).ranges
     unit = qmc.Sobol(len(FAR), seed=1).random(1024)[:1000]
@@ -55,7 +54,7 @@ def points(name: str) -> dict[str, Array]:
     return table
 
 
-def state(table: dict[str, Array]) -> ContactState:
+def state(table: dict[str, FloatArray]) -> ContactState:
     single = table["roughness_rms"] / 2.0**0.5
     rest = {name: table[name] for name in FAR if name != "roughness_rms"}
     return ContactState.of(**rest, roughness_rms_1=single, roughness_rms_2=single)
@@ -67,7 +66,7 @@ def formula_of(name: str) -> Formula:
     return formula.model_copy(update={"cloud": None}) if name.endswith(WITHOUT_GUARD) else formula
 
 
-def expected(name: str) -> Array:
+def expected(name: str) -> FloatArray:
     """mu, lower, upper, flag of the formula itself, shape (1000, 4)."""
     formula = formula_of(name)
     oil = Oil.load(formula.oils[0].name or "")
@@ -75,12 +74,12 @@ def expected(name: str) -> Array:
     return np.column_stack([found.mu, found.lower, found.upper, found.flag])
 
 
-def columns(arguments: Sequence[str], name: str) -> Array:
+def columns(arguments: Sequence[str], name: str) -> FloatArray:
     table = points(name)
     return np.column_stack([table[argument] for argument in arguments])
 
 
-def agree(found: Array, name: str, tolerance: float = 1e-12) -> None:
+def agree(found: FloatArray, name: str, tolerance: float = 1e-12) -> None:
     wanted = expected(name)
     np.testing.assert_array_equal(found[:, 3], wanted[:, 3])
     np.testing.assert_allclose(found[:, 0], wanted[:, 0], rtol=tolerance)

@@ -3,7 +3,6 @@
 import os
 import subprocess
 import sys
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -19,7 +18,6 @@ from regression.plan.plan import Plan
 from regression.sweeping.evaluators import published_outputs
 from regression.sweeping.sweep import sweep_shard
 
-Cli = Callable[..., Any]
 # of the options of sbatch array and dependency alone count; each task sees what Slurm gives it
 SBATCH = """#!/bin/bash
 set -eu
@@ -74,7 +72,7 @@ def slurm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return commands
 
 
-def test_array_merge_and_fit_give_what_a_local_run_gives(slurm: Path, mixed_ehl: Cli, tmp_path: Path) -> None:
+def test_array_merge_and_fit_give_what_a_local_run_gives(slurm: Path, mixed_ehl: Any, tmp_path: Path) -> None:
     """In a container; first with a task that is killed: nothing is merged, and the same script computes the rest."""
     (slurm / "apptainer").write_text('#!/bin/bash\n[ "$1 $2" = "exec my image.sif" ]\nshift 2\nexec "$@"\n')
     (slurm / "apptainer").chmod(0o755)
