@@ -206,8 +206,8 @@ class ConjugateFlankStart:
 
 def _reach(pair: PairDimensions) -> float:
     """Distance of both tip planes: gear dedendum and pinion dedendum at the mean point [m]."""
-    gear, pinion = pair.dedendum_gear, pair.dedendum_pinion
-    return float(gear * np.cos(pair.gear.dedendum_angle) + pinion * np.cos(pair.pinion.dedendum_angle))
+    members = pair.blank.gear, pair.blank.pinion
+    return float(sum(member.mean_dedendum * np.cos(member.dedendum_angle) for member in members))
 
 
 def conjugate_start(pair: PairDimensions, gear: GearCut, side: FlankSide, grid: FitGrid) -> ConjugateFlankStart:
@@ -227,7 +227,7 @@ def conjugate_start(pair: PairDimensions, gear: GearCut, side: FlankSide, grid: 
     machine = pose.machine(1.0 / screw.rate, -screw.pitch)
     angle = cut.blade.blade_angle
     zero = pose.cutter_turn - gear.tool_angle
-    depth = pair.dedendum_pinion * float(np.cos(pair.pinion.dedendum_angle))
+    depth = pair.blank.pinion.mean_dedendum * float(np.cos(pair.pinion.dedendum_angle))
     radius, height = pair.process.conjugate_reference(cut.blade, reach, depth)
     blade = replace(
         cut.blade,
