@@ -199,7 +199,7 @@ def pitch_cones(inputs: PairBlankInput) -> tangency.PitchCones:
 def method_0(inputs: PairBlankInput) -> tangency.PitchCones:
     """Bevel pairs: the cones share their apex."""
     assert inputs.mean_spiral_angle_gear is not None
-    return tangency.bevel_cones(inputs, inputs.mean_spiral_angle_gear, inputs.mean_pitch_diameter_gear)
+    return tangency.bevel_cones(inputs, inputs.mean_spiral_angle_gear)
 
 
 def _cutter_tilt(inputs: PairBlankInput, pressure_convex: float) -> float | None:
