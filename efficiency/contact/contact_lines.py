@@ -298,8 +298,7 @@ class Across:
         signs = np.ones(edge.size)
         blanks = (0, self.surface.gear.blank, gear), (len(EDGES) // 2, self.surface.pinion.blank, pinion)
         for first, blank, (u, h) in blanks:
-            inside = (u, -u, blank.tip(u) - h)
-            for k, distance in enumerate(inside):
+            for k, distance in enumerate(blank.inside(u, h)):
                 signs = np.where(edge == first + k, np.sign(distance[:, 0] - distance[:, 1]), signs)
         return signs
 

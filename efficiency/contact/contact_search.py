@@ -141,9 +141,7 @@ def _interval(surface: MeshSurface, path: ContactPath, angle: FloatArray) -> tup
             covariance = covariance + flank.covariance(u, h)
     if not covariance.any():
         return None
-    blank = surface.gear.blank
-    depth = (path.height - blank.root(path.u)) / (blank.tip(path.u) - blank.root(path.u))
-    lever = np.abs(surface.patch(path.u, depth, ("lever",))[0])
+    lever = np.abs(surface.patch(path.u, surface.gear.blank.fraction(path.u, path.height), ("lever",))[0])
     draw = np.random.default_rng(0).multivariate_normal
     draws = draw(np.zeros(lever.size), covariance, _DRAWS, method="eigh") / lever
     errors = [np.ptp(_envelope(path.pinion_angle, path.transmission_error + x, angle, surface.pitch)[0]) for x in draws]
@@ -186,7 +184,7 @@ class PointContact:
     # (n,) position of the point on the gear
     gear_u: Array
     gear_v: Array
-    gear_rotation: FloatArray  # (n,) rotation f2 of the gear at contact, from -pi to pi [rad]; real
+    behind: FloatArray  # (n,) lag of the gear relative to the constant ratio, from -pi to pi [rad]; real
 
 
 def _axial(point: Array, slopes: tuple[Array, Array]) -> tuple[Array, list[Array]]:
@@ -201,14 +199,11 @@ def _axial(point: Array, slopes: tuple[Array, Array]) -> tuple[Array, list[Array
 
 def _limits(blank: Blank, u: Array, h: Array, rates: list[Array]) -> tuple[list[Array], list[Array]]:
     """Distances inside toe, heel, tip and root of a blank and their derivatives; `rates` of radius, azimuth, height."""
-    half = 0.5 * blank.face_width
-    tip, root = (float(cone(np.ones(1))[0] - cone(np.zeros(1))[0]) for cone in (blank.tip, blank.root))
-    tip_zero, root_zero = (float(cone(np.zeros(1))[0]) for cone in (blank.tip, blank.root))
-    values = [u + half, half - u, tip_zero + tip * u - h, h - root_zero - root * u]
+    tip, root = np.tan(blank.addendum_angle), -np.tan(blank.dedendum_angle)
     c, s = np.cos(blank.pitch_angle), np.sin(blank.pitch_angle)
     along = np.stack([rate[0] * s + rate[2] * c for rate in rates])
     over = np.stack([rate[0] * c - rate[2] * s for rate in rates])
-    return values, [along, -along, tip * along - over, over - root * along]
+    return blank.inside(u, h), [along, -along, tip * along - over, over - root * along]
 
 
 def point_contact(surface: MeshSurface, angle: FloatArray, u: Array, v: Array) -> PointContact:
@@ -244,14 +239,15 @@ def point_contact(surface: MeshSurface, angle: FloatArray, u: Array, v: Array) -
         scale = surface.undercut_scale
         limits.append(scale * regular[0])
         slopes.append(scale * np.concatenate([regular_u, regular_v]))
-    here = np.arctan2(np.real(point[1]), np.real(point[0])) - surface.gear_azimuth
+    here = np.arctan2(np.real(point[1]), np.real(point[0])) - surface.gear_azimuth - np.real(azimuth[0])
+    lag = here - assembly.ratio * (surface.direction * angle + surface.roll_zero)
     return PointContact(
         slope=-surface.forward * np.stack(ahead),
         limits=np.stack(limits),
         limit_slopes=np.stack(slopes),
         gear_u=gear_u,
         gear_v=gear_v,
-        gear_rotation=np.angle(np.exp(1j * (here - np.real(azimuth[0])))),
+        behind=-surface.forward * np.angle(np.exp(1j * lag)),
     )
 
 
@@ -310,9 +306,8 @@ class _Problem:
         """Lag of the gear [rad], and the points; infinite on another turn of a tooth that winds around its member."""
         s, place = self.surface, x * self.scale[:, None]
         found = point_contact(s, angle, *place)
-        lag = found.gear_rotation - s.assembly.ratio * (s.direction * angle + s.roll_zero)
         other = np.abs(s.patch(place[0], place[1], ("roll",))[0] - angle) > np.pi
-        return np.where(other, np.inf, -s.forward * np.angle(np.exp(1j * lag))), found
+        return np.where(other, np.inf, found.behind), found
 
     def newton(self, angle: FloatArray, start: FloatArray, edges: IntArray) -> tuple[FloatArray, BoolArray]:
         """Newton's method at n points, and a mask of converged ones.
@@ -418,8 +413,8 @@ def contact_path(surface: MeshSurface, angle: FloatArray) -> ContactPath:
     at = point_contact(surface, angle, *place)
     u, v = np.real(at.gear_u), np.real(at.gear_v)
     point = surface.patch(*place, PINION)
-    along, over = (np.real(x) for x in surface.pinion.blank.coordinates(np.hypot(point[0], point[1]), point[2]))
-    return ContactPath(angle, -back, u, surface.height(u, v), along, over, edge, corner, settled, -expected)
+    on_pinion = surface.pinion.blank.place(point)
+    return ContactPath(angle, -back, u, surface.height(u, v), *on_pinion, edge, corner, settled, -expected)
 
 
 def _on_rim(

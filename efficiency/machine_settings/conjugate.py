@@ -269,19 +269,12 @@ def target_flank(
         spun = spin(np.real(point))
         rate = np.median(dot(np.real(facing), spun) / dot(np.real(facing), turn(conjugate.normal, -phase)))
         phase -= float(np.sign(rate)) * thinning
-    root: RootLine | None = root_line(pair, conjugate.position, parameters, root_weight)
+    place = pair.pinion.place(conjugate.position)
+    stations = _STATIONS * pair.pinion.face_width
+    root: RootLine | None = RootLine.of_blank(pair.pinion, stations, root_weight, *place, parameters)
     if root is not None and not np.isfinite(root.cut(flank).error).all():
         root = None
     return TargetFlank(flank, phase, conjugate.position, conjugate.normal, relief, parameters, root)
-
-
-def root_line(pair: PairDimensions, position: FloatArray, parameters: FloatArray, weight: float) -> RootLine:
-    """Root of the blank at toe, middle and heel of the pinion; the search starts from the nearest flank points."""
-    blank = pair.pinion
-    u, h = blank.coordinates(np.hypot(position[0], position[1]), position[2])
-    stations = _STATIONS * blank.face_width
-    nearest = [int(np.argmin((u - at) ** 2 + (h - blank.root(np.array([at]))[0]) ** 2)) for at in stations]
-    return RootLine(stations, blank.root(stations), weight, parameters[1:, nearest])
 
 
 def backlash_angle(pair: PairDimensions) -> float:

@@ -64,7 +64,7 @@ def inner(pair: FlankPair, points: int = 7) -> tuple[MeshPosition, np.ndarray, n
     surface = pair.surface
     position = mesh_cycle(pair.surface, positions=3, points_per_line=points)[1]
     u = position.face_gear - 0.5 * surface.gear.blank.face_width
-    v = surface.fraction(u, position.height_gear + surface.gear.blank.root(u))
+    v = surface.gear.blank.fraction(u, position.height_gear + surface.gear.blank.root(u))
     return position, u, v
 
 
