@@ -27,6 +27,7 @@ from efficiency.contact.chebyshev import akima_curve
 from efficiency.contact.measured_flank import MeasuredFlank
 from efficiency.contact.mesh_surface import EDGES, PINION, MeshSurface
 from efficiency.cutting.blank import Blank
+from efficiency.cutting.machine import turn
 from efficiency.cutting.newton import Array
 from ehl.common.arrays import BoolArray, FloatArray, IntArray
 from ehl.common.errors import ConvergenceError
@@ -214,11 +215,9 @@ def point_contact(surface: MeshSurface, angle: FloatArray, u: Array, v: Array) -
     back = surface.direction * np.stack([at[1], -at[0], 0.0 * at[2]])
     at_u, at_v = (slope[:3] + slope[3] * back for slope in slopes)
     turned = np.pi + surface.direction * (angle - roll) + surface.roll_zero
-    cosine, sine = np.cos(turned), np.sin(turned)
 
     def place(vector: Array) -> Array:
-        around = np.stack([cosine * vector[0] - sine * vector[1], sine * vector[0] + cosine * vector[1], vector[2]])
-        return np.asarray(assembly.pinion_frame @ around)
+        return np.asarray(assembly.pinion_frame @ turn(vector, turned))
 
     point = place(at) + assembly.pinion_origin - np.array([[0.0], [0.0], [assembly.G]])
     radius, rates = _axial(point, (place(at_u), place(at_v)))
@@ -388,9 +387,7 @@ def contact_path(surface: MeshSurface, angle: FloatArray) -> ContactPath:
     problem = _Problem(surface, np.array([u1 - u0, v1 - v0]))
     # a pinion with few teeth turns far during one contact: more samples
     columns = max(49, int(8.0 * np.ptp(surface.roll_range)))
-    grid_u, grid_v = (g.ravel() for g in np.meshgrid(np.linspace(u0, u1, columns), np.linspace(v0, v1, 41)))
-    within = surface.margin(grid_u, grid_v) >= 0.0
-    grid_u, grid_v = grid_u[within], grid_v[within]
+    grid_u, grid_v = surface.common_points(columns, 41)
     gap, bend, roll = surface.patch(grid_u, grid_v, ("ease_off_angle", "bend", "roll"))
     rough = gap + 0.5 * bend * (roll - angle[:, None]) ** 2
     lowest, expected = np.argmin(rough, axis=1), rough.min(axis=1)

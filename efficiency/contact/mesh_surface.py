@@ -180,15 +180,19 @@ class MeshSurface:
         fields = {"gear": gear[both], "pinion": pinion[both]}
         return PointFit((-half, half), (0.0, 1.0), _MARK_SHAPE, u[both], v[both])(fields)
 
-    @cached_property
-    def roll_range(self) -> tuple[float, float]:
-        """Smallest and largest roll angle at which both members have a flank [rad]."""
-        ranges = np.linspace(*self.patch.u_range, 81), np.linspace(*self.patch.v_range, 61)
+    def common_points(self, columns: int, rows: int) -> tuple[FloatArray, FloatArray]:
+        """Map coordinates of the points of a grid at which both members have a flank; `ConvergenceError` if none."""
+        ranges = np.linspace(*self.patch.u_range, columns), np.linspace(*self.patch.v_range, rows)
         u, v = (g.ravel() for g in np.meshgrid(*ranges))
         inside = self.margin(u, v) >= 0.0
         if not inside.any():
             raise ConvergenceError("no_contact", "the blanks of both members have no common part of the flank")
-        roll = self.patch(u[inside], v[inside], ("roll",))[0]
+        return u[inside], v[inside]
+
+    @cached_property
+    def roll_range(self) -> tuple[float, float]:
+        """Smallest and largest roll angle at which both members have a flank [rad]."""
+        roll = self.patch(*self.common_points(81, 61), ("roll",))[0]
         return float(roll.min()), float(roll.max())
 
     def height(self, u: FloatArray, v: FloatArray) -> FloatArray:

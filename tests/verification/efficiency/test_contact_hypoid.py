@@ -53,7 +53,9 @@ def test_sliding_is_that_of_the_rigid_bodies(pair: FlankPair) -> None:
         # the normal force drives the gear: power in is power out on conjugate flanks
         np.testing.assert_allclose((pinion * position.normal).sum(axis=1), position.lever_pinion, rtol=1e-12)
         ratio = position.lever_gear / position.lever_pinion
-        np.testing.assert_allclose(ratio, pair.teeth_gear / pair.teeth_pinion, rtol=1e-12)
+        np.testing.assert_allclose(
+            ratio, pair.flanks.assembly.teeth_gear / pair.flanks.assembly.teeth_pinion, rtol=1e-12
+        )
     # lengthwise sliding is what sets a hypoid apart
     if pair.surface.assembly.offset > 0.01:
         assert np.abs(position.sliding_along).min() > 3.0 * np.abs(position.sliding_across).min()
