@@ -238,7 +238,7 @@ def point_contact(surface: MeshSurface, angle: FloatArray, u: Array, v: Array) -
         scale = surface.undercut_scale
         limits.append(scale * regular[0])
         slopes.append(scale * np.concatenate([regular_u, regular_v]))
-    here = np.arctan2(np.real(point[1]), np.real(point[0])) - surface.gear_azimuth - np.real(azimuth[0])
+    here = np.arctan2(np.real(point[1]), np.real(point[0])) - surface.grid.points.azimuth[-1] - np.real(azimuth[0])
     lag = here - assembly.ratio * (surface.direction * angle + surface.roll_zero)
     return PointContact(
         slope=-surface.forward * np.stack(ahead),

@@ -163,11 +163,6 @@ class MeshSurface:
         middle = np.zeros(1)
         return float((self.height(middle, np.ones(1)) - self.height(middle, middle))[0])
 
-    @property
-    def gear_azimuth(self) -> float:
-        """Azimuth of the design point in the gear frame [rad], the zero of the field ``azimuth``."""
-        return float(self.grid.points.azimuth[-1])
-
     @cached_property
     def marks(self) -> Patch:
         """Angles of the lay of both flanks [rad], fields ``gear``, ``pinion``."""

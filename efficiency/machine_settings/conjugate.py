@@ -24,7 +24,7 @@ from efficiency.contact.conjugate import read_ease_off_map
 from efficiency.contact.ease_off import ConjugatePoints, conjugate_points
 from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import CutFlank
-from efficiency.cutting.machine import dot, spin, turn
+from efficiency.cutting.machine import dot, turn
 from efficiency.machine_settings import generating
 from efficiency.machine_settings.fit import (
     FitParameter,
@@ -265,15 +265,13 @@ def target_flank(
     conjugate = start.points
     phase = start.phase
     if thinning:
-        point, facing, _ = flank.sweep(parameters)
-        spun = spin(np.real(point))
-        rate = np.median(dot(np.real(facing), spun) / dot(np.real(facing), turn(conjugate.normal, -phase)))
+        points = flank.points(parameters)
+        rate = np.median(points.lever / dot(points.normal, turn(conjugate.normal, -phase)))
         phase -= float(np.sign(rate)) * thinning
     place = pair.pinion.place(conjugate.position)
     stations = _STATIONS * pair.pinion.face_width
-    root: RootLine | None = RootLine.of_blank(pair.pinion, stations, root_weight, *place, parameters)
-    if root is not None and not np.isfinite(root.cut(flank).error).all():
-        root = None
+    line = RootLine.of_blank(pair.pinion, stations, root_weight, *place, parameters)
+    root = line if np.isfinite(line.cut(flank).error).all() else None
     return TargetFlank(flank, phase, conjugate.position, conjugate.normal, relief, parameters, root)
 
 

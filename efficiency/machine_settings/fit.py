@@ -182,6 +182,11 @@ class FittedFlank:
     root: RootState | None
 
     @property
+    def outwards(self) -> float:
+        """Sign of a rotation about the axis along the outward normal of the flank; the opposite one thins the tooth."""
+        return float(np.sign(np.median(self.flank.points(self.parameters[:, self.found]).lever)))
+
+    @property
     def root_error(self) -> FloatArray:
         """Height of the cut root above the target at the stations of the root line [m]."""
         return np.zeros(0) if self.root is None or not np.isfinite(self.root.error).all() else self.root.error
