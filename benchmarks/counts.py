@@ -21,7 +21,7 @@ import efficiency
 import ehl
 import regression
 from efficiency.design.design import load_design
-from efficiency.loss.efficiency import load_grids
+from efficiency.ltca.mesh_grids import load_grids
 from efficiency.machine_settings import solve
 from efficiency.machine_settings.solve import machine_settings
 from efficiency.mesh import Mesh

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, Unpack
 
@@ -50,7 +50,6 @@ from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.progress import ProgressCallback
 from ehl.common.table import Table
 from ehl.common.threads import one_thread
-from ehl.state import ContactState
 from regression.formula import shipped_formulas
 from regression.friction.models import COLEMAN_FRICTION, FrictionModel, Request, Run
 
@@ -153,7 +152,7 @@ class Mesh:
             pair.notes,
             math.nan if pair.surface.relief else pair.transmission.peak_to_peak,
             _CycleMaker(pair),
-            EDGE_REACH * 2.0 * math.pi / pair.teeth_gear,
+            EDGE_REACH * 2.0 * math.pi / design.gear.blank.teeth,
             kept=kept if keep else None,
         )
         grids.__dict__.update(elastic_fine=fine, elastic_coarse=coarse)
@@ -512,7 +511,7 @@ class LoadedMesh:
         some = slice(None, None, _EVERY if many else 1)
         sliding = points.force * points.speed_sliding
         power = sliding[some] * (sliding.sum() / max(sliding[some].sum(), 1e-300) / len(load.positions))
-        state = ContactState(**{f.name: getattr(points.state, f.name)[some] for f in fields(ContactState)})
+        state = points.state.at(some)
         pitch, design = self.mesh.pitch, self.design
         size = pitch.radius_pinion + pitch.radius_gear, design.common_face_width
         run = warming(operation, size, LUBRICATION_FACTORS[design.cooling.lubrication])

@@ -10,8 +10,8 @@ import numpy as np
 from efficiency.contact.gear_flanks import Side
 from efficiency.cutting.blank import Blank
 from efficiency.design.design import load_design
-from efficiency.loss.efficiency import LoadedGrids, load_grids
 from efficiency.loss.kinematics import Operation
+from efficiency.ltca.mesh_grids import LoadedGrids, load_grids
 from efficiency.mesh import Mesh
 from ehl.common.validation import validate
 from ehl.contact import Contact

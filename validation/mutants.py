@@ -114,7 +114,7 @@ AREAS: dict[str, tuple[dict[str, str], tuple[str, ...]]] = {
                 )
             ),
             "tests/unit/regression/test_calibration_parts.py",
-            *(f"tests/verification/regression/test_{name}.py" for name in ("recovery", "sensitivity")),
+            "tests/verification/regression/test_recovery.py",
             "tests/unit/regression/test_friction_models.py",
             "tests/golden/test_golden.py",
         ),
@@ -134,7 +134,7 @@ AREAS: dict[str, tuple[dict[str, str], tuple[str, ...]]] = {
         (
             *(
                 f"tests/unit/efficiency/test_{name}.py"
-                for name in ("error_bars", "contact_sample", "solved_friction", "ehl_friction", "lubrication", "duty")
+                for name in ("error_bars", "contact_sample", "ehl_friction", "lubrication")
             ),
             *(
                 f"tests/unit/efficiency/test_grid.py::{name}"

@@ -33,11 +33,13 @@ class DepthFactors:
 
     profile_shift: float  # x_hm1, of the pinion; the gear has its negative
     # k_hap, k_hfp
-    addendum: float
-    dedendum: float
-    thickness: float  # x_smn, theoretical thickness modification of the pinion
-    defaults: tuple[str, ...] = ()  # recommended values used as defaults
-    clearance_pinion: float | None = None  # between pinion root and gear tips, if different from the other clearance
+    addendum_factor: float
+    dedendum_factor: float
+    thickness_modification: float  # x_smn, theoretical, of the pinion
+    recommended: tuple[str, ...] = ()  # recommended values used as defaults
+    clearance_factor_pinion: float | None = (
+        None  # between pinion root and gear tips, if different from the other clearance
+    )
 
 
 def factors(inputs: PairBlankInput, cones: PitchCones) -> DepthFactors:
@@ -155,9 +157,9 @@ class Placement:
     # offset angle of the pinion in the axial plane and in the pitch plane
     zeta_m: float
     zeta_mp: float
-    offset_in_plane: float  # a_p, offset in the pitch plane [m]
-    crossing_to_point: tuple[float, float]  # t_zm1, t_zm2 [m], crossing point to calculation point along the axis
-    pitch_apex: tuple[float, float]  # t_z1, t_z2 [m], pitch apex beyond the crossing point
+    offset_pitch_plane: float  # a_p, offset in the pitch plane [m]
+    crossing_to_mean_point: tuple[float, float]  # t_zm1, t_zm2 [m], crossing point to calculation point along the axis
+    pitch_apex_beyond_crossing: tuple[float, float]  # t_z1, t_z2 [m], pitch apex beyond the crossing point
 
 
 def placement(shaft_angle: float, hypoid_offset: float, cones: PitchCones) -> Placement:
@@ -185,8 +187,8 @@ class FaceAndRoot:
     """Face and root cones, Formulae (140) to (153)."""
 
     # zeta_R, zeta_o, offset angles of the pinion in the root plane and the face plane of the gear
-    zeta_root: float
-    zeta_face: float
+    offset_angle_root_plane: float
+    offset_angle_face_plane: float
     # delta_a, delta_f of pinion and gear
     face_angle: tuple[float, float]
     root_angle: tuple[float, float]
@@ -194,8 +196,8 @@ class FaceAndRoot:
     addendum_angle: tuple[float, float]
     dedendum_angle: tuple[float, float]
     # t_zF, t_zR [m], apexes beyond the crossing point
-    face_apex: tuple[float, float]
-    root_apex: tuple[float, float]
+    face_apex_beyond_crossing: tuple[float, float]
+    root_apex_beyond_crossing: tuple[float, float]
 
 
 def face_and_root(
@@ -213,7 +215,7 @@ def face_and_root(
     clearance: c at the root of the pinion and of the gear [m].
     """
     excess, offset = inputs.shaft_angle - 0.5 * pi, inputs.hypoid_offset
-    cone, apex = cones.cone_distance_2, place.pitch_apex[1]
+    cone, apex = cones.cone_distance_2, place.pitch_apex_beyond_crossing[1]
     theta_a, theta_f = taper
     face, root = cones.pitch_angle_2 + theta_a, cones.pitch_angle_2 - theta_f
     if root <= 0.0 or face >= 0.5 * pi + 0.2:
@@ -250,9 +252,9 @@ class FaceWidths:
     """Face widths, Formulae (127), (128), (154) to (173): outside and inside the calculation point [m]."""
 
     # b_e, b_i of pinion and gear
-    outside: tuple[float, float]
-    inside: tuple[float, float]
-    in_pitch_plane: float  # b_p1, face of the pinion in the pitch plane
+    face_width_outside: tuple[float, float]
+    face_width_inside: tuple[float, float]
+    face_width_pinion_pitch_plane: float  # b_p1, face of the pinion in the pitch plane
 
 
 def face_widths(
@@ -269,7 +271,7 @@ def face_widths(
 
     reserve: h_fm2 - c [m].
     """
-    width, share, plane = inputs.face_width_gear, cones.face_width_factor, place.offset_in_plane
+    width, share, plane = inputs.face_width_gear, cones.face_width_factor, place.offset_pitch_plane
     outside, inside = share * width, (1.0 - share) * width
     outer, inner = cones.cone_distance_2 + outside, cones.cone_distance_2 - inside
     if abs(plane) >= inner:
@@ -318,7 +320,7 @@ def _pinion_face_method_1(
     theta, face = angles.addendum_angle[0], angles.face_angle[0]
     turn = atan(sin(place.zeta_mp) * cos(d_2) / (ratio * cos(d_1) + cos(d_2) * cos(place.zeta_mp)))
     width = inputs.face_width_gear * cos(turn) / cos(place.zeta_mp - turn)
-    growth = working_depth * abs(sin(angles.zeta_root)) * (1.0 - 1.0 / ratio)
+    growth = working_depth * abs(sin(angles.offset_angle_root_plane)) * (1.0 - 1.0 / ratio)
     along = width / cos(theta) * cos(face)
     outside = share * along + growth - reserve * sin(d_1)
     inside = (1.0 - share) * along + growth + reserve * sin(d_1)
@@ -332,14 +334,14 @@ def _pinion_face_method_1(
 class Thickness:
     """Mean tooth thickness, Formulae (201) to (215)."""
 
-    coefficient: tuple[float, float]  # x_sm1, x_sm2, thickness modification with backlash
+    thickness_coefficient: tuple[float, float]  # x_sm1, x_sm2, thickness modification with backlash
     # s_mn, s_mt [m]
-    normal: tuple[float, float]
-    transverse: tuple[float, float]
-    normal_diameter: tuple[float, float]  # d_mn [m], diameter of the tooth's curvature in the normal section
+    mean_normal_thickness: tuple[float, float]
+    mean_transverse_thickness: tuple[float, float]
+    mean_normal_diameter: tuple[float, float]  # d_mn [m], diameter of the tooth's curvature in the normal section
     # s_mnc, h_amc [m]
-    chordal: tuple[float, float]
-    chordal_addendum: tuple[float, float]
+    mean_chordal_thickness: tuple[float, float]
+    mean_chordal_addendum: tuple[float, float]
     backlash_normal: float  # j_mn [m], mean normal backlash, measured normal to the flanks
 
 
@@ -347,15 +349,13 @@ def thickness(
     inputs: PairBlankInput,
     cones: PitchCones,
     module: float,
-    shift: float,
-    modification: float,
+    factor: DepthFactors,
     alpha_n: float,
     outer: tuple[float, float],
     addendums: tuple[float, float],
 ) -> Thickness:
     """Tooth thickness at the calculation point.
 
-    shift, modification: x_hm1, x_smn.
     outer: R_e2 [m] and beta_e2.
     addendums: h_am1, h_am2 [m].
     """
@@ -372,6 +372,7 @@ def thickness(
         }[inputs.backlash.type]
     )
     thinner = loss / (4.0 * module)
+    modification, shift = factor.thickness_modification, factor.profile_shift
     coefficient = (modification - thinner, -modification - thinner)
     half = 0.5 * pi * module
     normal = (
@@ -403,27 +404,30 @@ class UndercutLimit:
 
 
 def undercut_limits(
+    inputs: PairBlankInput,
     cones: PitchCones,
     place: Placement,
     trace: Trace,
     ends: tuple[tuple[float, float], tuple[float, float]],
-    teeth: tuple[int, int],
     module: float,
-    addendum_factor: float,
-    shift: float,
+    factor: DepthFactors,
     gear_taper: tuple[float, float],
     pressure_angles: tuple[float, float],
 ) -> tuple[UndercutLimit, ...]:
     """Limits at toe and heel of both members.
 
     ends: (R_i1, R_e1), (R_i2, R_e2) [m].
-    addendum_factor, shift: k_hap, x_hm1.
     gear_taper: theta_a2, theta_f2.
     pressure_angles: alpha_nD, alpha_nC.
     """
     d_1, d_2 = cones.pitch_angle_1, cones.pitch_angle_2
     alpha_n = 0.5 * sum(pressure_angles)
     mean_2 = cones.cone_distance_2
+    teeth, addendum_factor, shift = (
+        (inputs.teeth_pinion, inputs.teeth_gear),
+        factor.addendum_factor,
+        factor.profile_shift,
+    )
     results: list[UndercutLimit] = []
 
     def virtual(z: int, spiral: float, delta: float) -> float:
@@ -433,7 +437,7 @@ def undercut_limits(
         back = cones.cone_distance_1 - cone_1
         cone_2 = sqrt(mean_2**2 + back**2 - 2.0 * mean_2 * back * cos(place.zeta_mp))
         b_2 = trace.spiral(cone_2)
-        b_1 = b_2 + asin(place.offset_in_plane / cone_2)
+        b_1 = b_2 + asin(place.offset_pitch_plane / cone_2)
         diameter_2 = 2.0 * cone_2 * sin(d_2)
         effective = diameter_2 * teeth[0] * cos(b_2) / (teeth[1] * cos(b_1))
         alpha_lim = limit_pressure_angle(d_1, d_2, 0.5 * effective / sin(d_1), cone_2, b_1, b_2, place.zeta_mp)

@@ -27,23 +27,23 @@ class Trace:
     """Tooth trace of the gear."""
 
     cutter_radius: float  # r_c0 [m]
-    lead: float  # nu, lead angle of the cutter; 0 for a face mill
-    centre_distance: float  # rho_P0 [m], gear apex to cutter centre
-    base_radius: float  # rho_b [m], base circle of the epicycloid; rho_P0 for a face mill
+    cutter_lead_angle: float  # nu, lead angle of the cutter; 0 for a face mill
+    crown_to_cutter: float  # rho_P0 [m], gear apex to cutter centre
+    epicycloid_base_radius: float  # rho_b [m], base circle of the epicycloid; rho_P0 for a face mill
 
     def reaches(self, cone: float) -> bool:
         """Whether the cutter reaches cone distance R [m]."""
-        return abs(cone - self.centre_distance) < self.cutter_radius < cone + self.centre_distance
+        return abs(cone - self.crown_to_cutter) < self.cutter_radius < cone + self.crown_to_cutter
 
     def generating_angle(self, cone: float) -> float:
         """q at cone distance R [m]."""
-        rho = self.centre_distance
+        rho = self.crown_to_cutter
         return acos((cone**2 + rho**2 - self.cutter_radius**2) / (2.0 * cone * rho))
 
     def spiral(self, cone: float) -> float:
         """Spiral angle of the gear at cone distance R [m]."""
-        q = self.generating_angle(cone)
-        return atan2(cone - self.base_radius * cos(q), self.base_radius * sin(q))
+        q, base = self.generating_angle(cone), self.epicycloid_base_radius
+        return atan2(cone - base * cos(q), base * sin(q))
 
 
 def tooth_trace(inputs: PairBlankInput, cones: PitchCones) -> Trace:

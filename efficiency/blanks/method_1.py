@@ -5,13 +5,11 @@ public secondary source (docs/blank.md).
 """
 
 from dataclasses import dataclass, replace
-from math import asin, atan, atan2, cos, degrees, pi, sin, tan
-
-import scipy
+from math import asin, atan, atan2, cos, degrees, exp, inf, log, pi, sin, tan
 
 from efficiency.blanks import tangency
 from efficiency.blanks.inputs import PairBlankInput
-from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.errors import InputError
 
 TOLERANCE = 0.01
 # share of the gear radius below which rounding hides the limit curvature: cones of a bevel pair
@@ -27,18 +25,18 @@ def method_1(inputs: PairBlankInput) -> tangency.PitchCones:
     if abs(inputs.hypoid_offset) <= NO_OFFSET * start.radius_2:
         bevel = tangency.bevel_cones(inputs, start.desired, 2.0 * start.radius_2)
         return replace(bevel, face_width_factor=_face_width_factor(inputs, bevel))
-    if inputs.pitch_cones == "converged":
-        return _converged(inputs, start)
-    old, new = start.eta, 1.1 * start.eta
-    before, cones = trial(inputs, start, old), trial(inputs, start, new)
-    if abs(before.closure) <= TOLERANCE:
-        return replace(before, trials=1)
-    for count in range(2, 30):
-        if abs(cones.closure) <= TOLERANCE:
-            return replace(cones, trials=count)
-        old, new = new, new - cones.closure * (new - old) / (cones.closure - before.closure)
-        before, cones = cones, trial(inputs, start, new)
-    raise ConvergenceError("method_1", f"rho_mbeta/rho_lim - 1 is {cones.closure:.2g} after 30 trials")
+
+    def of_eta(eta: float) -> tangency.PitchCones:
+        return trial(inputs, start, eta)
+
+    if inputs.pitch_cones != "converged":
+        return tangency.printed_trials(inputs, of_eta, start.eta, 1.1 * start.eta, TOLERANCE, "rho_mbeta/rho_lim")
+
+    def of_log(log_eta: float) -> tangency.PitchCones:
+        return of_eta(start.eta * exp(log_eta))
+
+    root, count = tangency.nearest_root(inputs, lambda x: of_log(x).closure, 0.0, log(1.03), 1.0, (-inf, inf))
+    return replace(of_log(root), trials=count)
 
 
 @dataclass(frozen=True)
@@ -61,13 +59,7 @@ def _start(inputs: PairBlankInput) -> _Start:
         hint = "Beyond it the gear would be a crown gear or an internal gear."
         raise InputError("shaft_angle", f"{degrees(inputs.shaft_angle):.6g} deg", allowed, hint)
     delta_2 = atan(ratio * cos(excess) / (1.2 * (1.0 - ratio * sin(excess))))
-    if inputs.mean_pitch_diameter_gear is not None:
-        radius_2 = 0.5 * inputs.mean_pitch_diameter_gear
-    else:
-        assert inputs.outer_pitch_diameter_gear is not None
-        radius_2 = 0.5 * (inputs.outer_pitch_diameter_gear - inputs.face_width_gear * sin(delta_2))
-        if radius_2 <= 0.5 * inputs.face_width_gear * sin(delta_2):
-            raise tangency.face_too_wide(inputs, inputs.outer_pitch_diameter_gear / (2.0 * sin(delta_2)))
+    radius_2 = 0.5 * tangency.gear_mean_diameter(inputs, delta_2)
     largest = radius_2 / sin(delta_2)
     if abs(offset) >= largest:
         raise tangency.too_large(offset, largest)
@@ -129,33 +121,3 @@ def _face_width_factor(inputs: PairBlankInput, cones: tangency.PitchCones) -> fl
     if outer is None:
         return 0.5
     return (0.5 * outer / sin(cones.pitch_angle_2) - cones.cone_distance_2) / inputs.face_width_gear
-
-
-def _converged(inputs: PairBlankInput, start: _Start) -> tangency.PitchCones:
-    """The root of the closure nearest to the start, by Brent's method in a bracket that is extended on both sides."""
-    count = 0
-
-    def closure(eta: float) -> float:
-        nonlocal count
-        count += 1
-        return trial(inputs, start, eta).closure
-
-    edges = {True: (start.eta, closure(start.eta))}
-    edges[False] = edges[True]
-    for _ in range(120):
-        for upward, factor in ((True, 1.03), (False, 1.0 / 1.03)):
-            edge, at_edge = edges[upward]
-            try:
-                new = edge * factor
-                value = closure(new)
-            except (ValueError, ZeroDivisionError, InputError):
-                continue
-            if value * at_edge <= 0.0:
-                low, high = sorted((edge, new))
-                eta = float(scipy.optimize.brentq(closure, low, high, xtol=1e-17, rtol=8.9e-16))
-                cones = trial(inputs, start, eta)
-                if abs(cones.spiral_1) >= tangency.SPIRAL_LIMIT:
-                    raise tangency.too_large(inputs.hypoid_offset)
-                return replace(cones, trials=count)
-            edges[upward] = new, value
-    raise tangency.too_large(inputs.hypoid_offset)

@@ -4,10 +4,18 @@ Equation numbers: ISO 23509:2016 as given in a public secondary source (docs/bla
 """
 
 from dataclasses import dataclass, replace
-from math import asin, atan, atan2, cos, pi, sin, tan
+from functools import partial
+from math import asin, atan, atan2, cos, radians, sin, tan
 
 from efficiency.blanks.inputs import PairBlankInput
-from efficiency.blanks.tangency import PitchCones, bevel_cones, crown_gear, gear_cone_method, gear_mean_diameter
+from efficiency.blanks.tangency import (
+    PitchCones,
+    bevel_cones,
+    crown_gear,
+    gear_cone_method,
+    gear_mean_diameter,
+    printed_trials,
+)
 from ehl.common.errors import ConvergenceError, InputError
 
 TOLERANCE = 0.01
@@ -25,14 +33,14 @@ def method_2(inputs: PairBlankInput) -> PitchCones:
         cones = _as_printed_any_diameter(inputs, spiral)
         return cones, cones.mean_diameter_2
 
-    bevel = bevel_cones(inputs, spiral, inputs.mean_pitch_diameter_gear)
+    bevel = bevel_cones(inputs, spiral)
     return gear_cone_method(inputs, bevel, closure, lambda: _start_angle(inputs, spiral), as_printed)
 
 
 def _as_printed_any_diameter(inputs: PairBlankInput, spiral: float) -> PitchCones:
     if inputs.mean_pitch_diameter_gear is not None:
         return _as_printed(inputs, spiral)
-    delta_2 = bevel_cones(inputs, spiral, None).pitch_angle_2
+    delta_2 = bevel_cones(inputs, spiral).pitch_angle_2
     for _ in range(60):
         update = {"mean_pitch_diameter_gear": gear_mean_diameter(inputs, delta_2), "outer_pitch_diameter_gear": None}
         cones = _as_printed(inputs.model_copy(update=update), spiral)
@@ -84,7 +92,7 @@ def _start(inputs: PairBlankInput, spiral: float, diameter: float) -> _Start:
 
 def _start_angle(inputs: PairBlankInput, spiral: float) -> float:
     """First trial of delta_2, or that of the bevel pair if the approximations of the standard fail."""
-    bevel = bevel_cones(inputs, spiral, inputs.mean_pitch_diameter_gear)
+    bevel = bevel_cones(inputs, spiral)
     try:
         start = _start(inputs, spiral, bevel.mean_diameter_2).delta_2
     except (ValueError, ZeroDivisionError, InputError):
@@ -101,16 +109,9 @@ def _as_printed(inputs: PairBlankInput, spiral: float) -> PitchCones:
     diameter = inputs.mean_pitch_diameter_gear
     assert diameter is not None
     start = _start(inputs, spiral, diameter)
-    old, before = start.delta_2, _trial(inputs, spiral, diameter, start, start.delta_2)
-    if abs(before.closure) <= TOLERANCE:
-        return replace(before, trials=1)
-    new = old + 0.1 * pi / 180.0
-    for count in range(2, 30):
-        cones = _trial(inputs, spiral, diameter, start, new)
-        if abs(cones.closure) <= TOLERANCE:
-            return replace(cones, trials=count)
-        old, new, before = (new, new - cones.closure * (new - old) / (cones.closure - before.closure), cones)
-    raise ConvergenceError("method_2", f"R_m1/R_mcheck - 1 is {before.closure:.2g} after 30 trials")
+    first, second = start.delta_2, start.delta_2 + radians(0.1)
+    trial = partial(_trial, inputs, spiral, diameter, start)
+    return printed_trials(inputs, trial, first, second, TOLERANCE, "R_m1/R_mcheck")
 
 
 def _trial(inputs: PairBlankInput, spiral: float, diameter: float, start: _Start, delta: float) -> PitchCones:

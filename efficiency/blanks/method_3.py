@@ -17,7 +17,7 @@ def method_3(inputs: PairBlankInput) -> PitchCones:
     """Klingelnberg cones. As in the standard: the formulas repeated until |R_mint - R_m1| <= 0.0001 R_m1."""
     spiral = inputs.mean_spiral_angle_gear
     assert spiral is not None
-    bevel = bevel_cones(inputs, spiral, inputs.mean_pitch_diameter_gear)
+    bevel = bevel_cones(inputs, spiral)
 
     def closure(cones: PitchCones) -> float:
         return cutter_cone_distance(inputs, cones) / cones.cone_distance_1 - 1.0

@@ -5,7 +5,7 @@ undercut (clause 8); then slot widths and top lands (AGMA 929) and virtual gears
 A).
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from math import asin, cos, sin, sqrt, tan
 from pathlib import Path
 from typing import Any
@@ -30,8 +30,7 @@ from ehl.common.errors import InputError
 from ehl.common.threads import one_thread
 
 # fields of the blank that are those of the input
-_OF_INPUT = ("name", "method", "process", "shaft_angle", "hypoid_offset", "cutter_radius", "blade_groups")
-_ANGLES = ("face_angle", "root_angle", "addendum_angle", "dedendum_angle")
+_OF_INPUT = ("name", "method", "process", "shaft_angle", "hypoid_offset", "blade_groups")
 
 
 @dataclass(frozen=True)
@@ -86,13 +85,14 @@ def pair_blank(inputs: PairBlankInput | Path | str) -> PairBlank:
     # tooth depth at the calculation point, Formulae (132) to (139)
     factor = factors(inputs, cones)
     module = cones.mean_diameter_2 * cos(cones.spiral_2) / inputs.teeth_gear
-    addendums = module * (factor.addendum + factor.profile_shift), module * (factor.addendum - factor.profile_shift)
-    dedendums = module * (factor.dedendum - factor.profile_shift), module * (factor.dedendum + factor.profile_shift)
-    clearance = module * (factor.dedendum - factor.addendum)
-    under = clearance if factor.clearance_pinion is None else module * factor.clearance_pinion
+    high, deep, shift = factor.addendum_factor, factor.dedendum_factor, factor.profile_shift
+    addendums = module * (high + shift), module * (high - shift)
+    dedendums = module * (deep - shift), module * (deep + shift)
+    clearance = module * (deep - high)
+    under = clearance if factor.clearance_factor_pinion is None else module * factor.clearance_factor_pinion
     dedendums = dedendums[0] + (under - clearance), dedendums[1]
     clearances = under, clearance
-    working_depth = 2.0 * module * factor.addendum
+    working_depth = 2.0 * module * high
     if min(*addendums, *dedendums) < 0.0:
         raise InputError("depth", f"addenda {addendums[0] * 1e3:.4g}, {addendums[1] * 1e3:.4g} mm", "at least 0")
 
@@ -105,13 +105,12 @@ def pair_blank(inputs: PairBlankInput | Path | str) -> PairBlank:
     faces = dimensions.face_widths(
         inputs, cones, place, angles, module, working_depth, dedendums[1] - clearance, addendums[0]
     )
-    trace, spirals = _spiral_angles(inputs, cones, place, faces)
-    outer = outer_2, spirals[1][1]
-    thick = dimensions.thickness(
-        inputs, cones, module, factor.profile_shift, factor.thickness, alpha_n, outer, addendums
-    )
-    first, second, inside, outside = cones.cone_distance_1, cones.cone_distance_2, faces.inside, faces.outside
+    first, second = cones.cone_distance_1, cones.cone_distance_2
+    inside, outside = faces.face_width_inside, faces.face_width_outside
     ends = (first - inside[0], first + outside[0]), (second - inside[1], second + outside[1])
+    trace, spirals = _spiral_angles(inputs, cones, place, ends)
+    outer = outer_2, spirals[1][1]
+    thick = dimensions.thickness(inputs, cones, module, factor, alpha_n, outer, addendums)
     slots = SlotGeometry(
         cones=cones,
         place=place,
@@ -121,7 +120,7 @@ def pair_blank(inputs: PairBlankInput | Path | str) -> PairBlank:
         module=module,
         dedendums=dedendums,
         clearance=clearances,
-        thickness_gear=thick.normal[1],
+        thickness_gear=thick.mean_normal_thickness[1],
         backlash_in_plane=thick.backlash_normal / cos(alpha_n),
         pressure_angles=alphas,
         pitch_share=PROCESSES[inputs.process].pitch_share,
@@ -133,24 +132,14 @@ def pair_blank(inputs: PairBlankInput | Path | str) -> PairBlank:
         virtual_gears(cones, place, module, (addendums, dedendums), inputs.face_width_gear, alpha, alpha - limit, limit)
         for alpha, limit in zip(alphas, (alpha_lim, -alpha_lim), strict=True)
     )
-    undercut = dimensions.undercut_limits(
-        cones,
-        place,
-        trace,
-        ends,
-        (inputs.teeth_pinion, inputs.teeth_gear),
-        module,
-        factor.addendum,
-        factor.profile_shift,
-        (theta_a, theta_f),
-        alphas,
-    )
+    undercut = dimensions.undercut_limits(inputs, cones, place, trace, ends, module, factor, (theta_a, theta_f), alphas)
     if not inputs.gear_generation.rolls:
         # a straight-sided slot that is not generated has no undercut
         undercut = tuple(point for point in undercut if point.member == "pinion")
     touching = tangency.tangent_cones(inputs, cones.pitch_angle_2, cones.mean_diameter_2, cones.spiral_2)
     pair = PairBlank(
         **{name: getattr(inputs, name) for name in _OF_INPUT},
+        **_named(PairBlank, cones, place, angles, faces, trace, factor, thick),
         gear_cutting=inputs.gear_generation.name,
         pinion=pinion,
         gear=gear,
@@ -159,38 +148,23 @@ def pair_blank(inputs: PairBlankInput | Path | str) -> PairBlank:
         module_outer=module_outer,
         offset_angle=place.zeta_m,
         offset_angle_pitch_plane=place.zeta_mp,
-        offset_angle_root_plane=angles.zeta_root,
-        offset_angle_face_plane=angles.zeta_face,
-        offset_pitch_plane=place.offset_in_plane,
         limit_pressure_angle=alpha_lim,
         pressure_angle_drive=alphas[0],
         pressure_angle_coast=alphas[1],
         effective_pressure_angle_drive=alphas[0] - alpha_lim,
         effective_pressure_angle_coast=alphas[1] + alpha_lim,
-        profile_shift=factor.profile_shift,
-        addendum_factor=factor.addendum,
-        dedendum_factor=factor.dedendum,
-        thickness_modification=factor.thickness,
         working_depth=working_depth,
         clearance=clearance,
         clearance_pinion=under,
         whole_depth_pinion=_whole_depth(pinion),
-        face_width_factor=cones.face_width_factor,
-        face_width_pinion_pitch_plane=faces.in_pitch_plane,
-        cutter_lead_angle=trace.lead,
-        crown_to_cutter=trace.centre_distance,
-        epicycloid_base_radius=trace.base_radius,
-        backlash_normal=thick.backlash_normal,
         backlash_outer_normal=thick.backlash_normal * (outer_2 * cos(spirals[1][1])) / (second * cos(cones.spiral_2)),
         backlash_outer_transverse=thick.backlash_normal / cos(alpha_n) * outer_2 / (second * cos(cones.spiral_2)),
         taper=taper,
         virtual_drive=virtual_drive,
         virtual_coast=virtual_coast,
         undercut=undercut,
-        trials=cones.trials,
-        closure=cones.closure,
         tangency_error=cones.spiral_1 - touching.spiral_1,
-        defaults=(*inputs.defaults, *factor.defaults, *(() if inputs.taper else (f"taper.type = {taper}",))),
+        defaults=(*inputs.defaults, *factor.recommended, *(() if inputs.taper else (f"taper.type = {taper}",))),
     )
     check_dimensions(pair)
     # below a contact ratio of 1 (a warning) there is no contact line in the middle
@@ -225,7 +199,7 @@ def pitch_cones(inputs: PairBlankInput) -> tangency.PitchCones:
 def method_0(inputs: PairBlankInput) -> tangency.PitchCones:
     """Bevel pairs: the cones share their apex."""
     assert inputs.mean_spiral_angle_gear is not None
-    return tangency.bevel_cones(inputs, inputs.mean_spiral_angle_gear, inputs.mean_pitch_diameter_gear)
+    return tangency.bevel_cones(inputs, inputs.mean_spiral_angle_gear)
 
 
 def _cutter_tilt(inputs: PairBlankInput, pressure_convex: float) -> float | None:
@@ -248,45 +222,53 @@ def _pressure_angles(
 
 
 def _spiral_angles(
-    inputs: PairBlankInput, cones: tangency.PitchCones, place: dimensions.Placement, faces: dimensions.FaceWidths
+    inputs: PairBlankInput,
+    cones: tangency.PitchCones,
+    place: dimensions.Placement,
+    ends: tuple[tuple[float, float], tuple[float, float]],
 ) -> tuple[Trace, tuple[tuple[float, float], tuple[float, float]]]:
     """Tooth trace; spiral angles of both members at toe and heel, Formulae (174) to (194)."""
     mean = cones.cone_distance_2
-    inner, outer = mean - faces.inside[1], mean + faces.outside[1]
     toe, heel = (
         sqrt(mean**2 + along**2 + 2.0 * mean * along * cos(place.zeta_mp))
-        for along in (-faces.inside[0], faces.outside[0])
+        for along in (cone - cones.cone_distance_1 for cone in ends[0])
     )
-    trace = check_trace(inputs, cones, (inner, outer, toe, heel), place.offset_in_plane)
-    pinion = tuple(trace.spiral(cone) + asin(place.offset_in_plane / cone) for cone in (toe, heel))
-    return trace, ((pinion[0], pinion[1]), (trace.spiral(inner), trace.spiral(outer)))
+    trace = check_trace(inputs, cones, (*ends[1], toe, heel), place.offset_pitch_plane)
+    pinion = tuple(trace.spiral(cone) + asin(place.offset_pitch_plane / cone) for cone in (toe, heel))
+    return trace, ((pinion[0], pinion[1]), (trace.spiral(ends[1][0]), trace.spiral(ends[1][1])))
+
+
+def _named(kind: type[PairBlank | MemberBlank], *stages: object) -> dict[str, Any]:
+    """Results of the stages that are fields of the blank under the same name."""
+    known = {f.name for f in fields(kind)}
+    return {name: value for stage in stages for name, value in vars(stage).items() if name in known}
 
 
 def _member(inputs: PairBlankInput, parts: _Parts, i: int) -> MemberBlank:
     """Dimensions of the pinion (0) or the gear (1), Formulae (195) to (200), (216) to (225)."""
-    cones, faces, thick = parts.cones, parts.faces, parts.thick
-    delta, point = (cones.pitch_angle_1, cones.pitch_angle_2)[i], parts.place.crossing_to_point[i]
+    cones, faces, place = parts.cones, parts.faces, parts.place
+    delta, point = (cones.pitch_angle_1, cones.pitch_angle_2)[i], place.crossing_to_mean_point[i]
     at_places: dict[str, Any] = {}
     crowns: list[float] = []
-    for place, along, cone, spiral in (
-        ("outer", faces.outside[i], parts.ends[i][1], parts.spirals[i][1]),
+    for at, along, cone, spiral in (
+        ("outer", faces.face_width_outside[i], parts.ends[i][1], parts.spirals[i][1]),
         ("mean", 0.0, (cones.cone_distance_1, cones.cone_distance_2)[i], (cones.spiral_1, cones.spiral_2)[i]),
-        ("inner", -faces.inside[i], parts.ends[i][0], parts.spirals[i][0]),
+        ("inner", -faces.face_width_inside[i], parts.ends[i][0], parts.spirals[i][0]),
     ):
         addendum = parts.addendums[i] + along * tan(parts.angles.addendum_angle[i])
         dedendum = parts.dedendums[i] + along * tan(parts.angles.dedendum_angle[i])
         crowns.append(point + along * cos(delta) - addendum * sin(delta))
         at_places |= {
-            f"{place}_cone_distance": cone,
-            f"{place}_diameter": 2.0 * cone * sin(delta),
-            f"{place}_addendum": addendum,
-            f"{place}_dedendum": dedendum,
-            f"{place}_whole_depth": addendum + dedendum,
-            f"{place}_spiral_angle": spiral,
+            f"{at}_cone_distance": cone,
+            f"{at}_diameter": 2.0 * cone * sin(delta),
+            f"{at}_addendum": addendum,
+            f"{at}_dedendum": dedendum,
+            f"{at}_whole_depth": addendum + dedendum,
+            f"{at}_spiral_angle": spiral,
         }
-        if place != "mean":
-            at_places[f"{place}_tip_diameter"] = 2.0 * (cone * sin(delta) + addendum * cos(delta))
-            at_places[f"{place}_root_diameter"] = 2.0 * (cone * sin(delta) - dedendum * cos(delta))
+        if at != "mean":
+            at_places[f"{at}_tip_diameter"] = 2.0 * (cone * sin(delta) + addendum * cos(delta))
+            at_places[f"{at}_root_diameter"] = 2.0 * (cone * sin(delta) - dedendum * cos(delta))
     name = ("pinion", "gear")[i]
     mounted: float | None = getattr(inputs, f"mounting_distance_{name}")
     if mounted is not None and mounted <= crowns[0]:
@@ -298,21 +280,9 @@ def _member(inputs: PairBlankInput, parts: _Parts, i: int) -> MemberBlank:
         teeth=(inputs.teeth_pinion, inputs.teeth_gear)[i],
         hand=(inputs.hand_pinion, inputs.hand_gear or other)[i],
         pitch_angle=delta,
-        **{name: getattr(parts.angles, name)[i] for name in _ANGLES},
+        **{name: both[i] for name, both in _named(MemberBlank, parts.angles, faces, place, parts.thick).items()},
         **at_places,
-        face_width=faces.outside[i] + faces.inside[i],
-        face_width_outside=faces.outside[i],
-        face_width_inside=faces.inside[i],
-        thickness_coefficient=thick.coefficient[i],
-        mean_normal_thickness=thick.normal[i],
-        mean_transverse_thickness=thick.transverse[i],
-        mean_normal_diameter=thick.normal_diameter[i],
-        mean_chordal_thickness=thick.chordal[i],
-        mean_chordal_addendum=thick.chordal_addendum[i],
-        crossing_to_mean_point=point,
-        pitch_apex_beyond_crossing=parts.place.pitch_apex[i],
-        face_apex_beyond_crossing=parts.angles.face_apex[i],
-        root_apex_beyond_crossing=parts.angles.root_apex[i],
+        face_width=faces.face_width_outside[i] + faces.face_width_inside[i],
         crossing_to_crown=crowns[0],
         crossing_to_front_crown=crowns[2],
         **parts.lands[i],

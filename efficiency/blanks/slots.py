@@ -45,7 +45,7 @@ class SlotGeometry:
 
     def spiral_pinion(self, cone_2: float) -> float:
         """Spiral angle of the pinion at cone distance R_2 of the gear."""
-        return self.trace.spiral(cone_2) + asin(self.place.offset_in_plane / cone_2)
+        return self.trace.spiral(cone_2) + asin(self.place.offset_pitch_plane / cone_2)
 
     def gear_cone(self, cone_1: float) -> float:
         """Cone distance of the gear opposite to one of the pinion, Equation (16)."""
@@ -55,7 +55,7 @@ class SlotGeometry:
 
     def pinion_cone(self, cone_2: float) -> float:
         """Cone distance of the pinion opposite to one of the gear, Equation (55)."""
-        zeta = asin(self.place.offset_in_plane / cone_2)
+        zeta = asin(self.place.offset_pitch_plane / cone_2)
         return self.cones.cone_distance_1 + cone_2 * cos(zeta) - self.cones.cone_distance_2 * cos(self.place.zeta_mp)
 
     def pitch_ratio(self, cone_2: float) -> float:

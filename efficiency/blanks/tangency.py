@@ -11,7 +11,7 @@ from math import asin, atan, copysign, cos, degrees, hypot, pi, radians, sin, ta
 import scipy
 
 from efficiency.blanks.inputs import PairBlankInput
-from ehl.common.errors import InputError
+from ehl.common.errors import ConvergenceError, InputError
 
 # beyond these a bevel member cannot be cut; the pair is refused
 SPIRAL_LIMIT = radians(82.0)
@@ -71,24 +71,17 @@ def too_large(offset: float, largest: float | None = None) -> InputError:
     )
 
 
-def bevel_cones(inputs: PairBlankInput, spiral: float, mean_diameter: float | None) -> PitchCones:
+def bevel_cones(inputs: PairBlankInput, spiral: float, mean_diameter: float | None = None) -> PitchCones:
     """Method 0, Formulae (1) to (7): both cones share the apex.
 
-    `mean_diameter` d_m2 replaces the outer diameter for methods with their own calculation point.
+    `mean_diameter` d_m2 replaces that of the inputs for methods with their own calculation point.
     """
     ratio = inputs.teeth_gear / inputs.teeth_pinion
     denominator = cos(inputs.shaft_angle) + ratio
     delta_1 = atan(sin(inputs.shaft_angle) / denominator)
     delta_2 = inputs.shaft_angle - delta_1
     check_pitch_angles(delta_1, delta_2, inputs)
-    if mean_diameter is None:
-        assert inputs.outer_pitch_diameter_gear is not None
-        outer = inputs.outer_pitch_diameter_gear / (2.0 * sin(delta_2))
-        cone = outer - 0.5 * inputs.face_width_gear
-        if cone <= 0.5 * inputs.face_width_gear:
-            raise face_too_wide(inputs, outer)
-    else:
-        cone = mean_diameter / (2.0 * sin(delta_2))
+    cone = (mean_diameter or gear_mean_diameter(inputs, delta_2)) / (2.0 * sin(delta_2))
     return PitchCones(delta_1, delta_2, cone, cone, spiral, spiral, 0.5)
 
 
@@ -121,32 +114,23 @@ def limit_pressure_angle(
     return -atan(tan(delta_1) * tan(delta_2) / cos(zeta_mp) * lever)
 
 
-@dataclass(frozen=True)
-class TangentCones:
-    """Two cones that touch at the calculation point, for a given gear cone."""
-
-    zeta_m: float
-    zeta_mp: float
-    delta_1: float
-    spiral_1: float
-    mean_diameter_1: float
-
-
 def _touching(
     inputs: PairBlankInput, zeta_m: float, delta_2: float, mean_diameter_2: float, spiral_2: float
-) -> TangentCones:
+) -> PitchCones:
     """Cones whose axes include zeta_m, seen along the pitch plane; Formulae (90) to (95)."""
     sigma = inputs.shaft_angle
     delta_1 = asin(max(-1.0, min(1.0, cos(zeta_m) * sin(sigma) * cos(delta_2) - cos(sigma) * sin(delta_2))))
     zeta_mp = asin(max(-1.0, min(1.0, sin(zeta_m) * sin(sigma) / cos(delta_1))))
     spiral_1 = spiral_2 + zeta_mp
     diameter_1 = mean_diameter_2 * inputs.teeth_pinion / inputs.teeth_gear * cos(spiral_2) / cos(spiral_1)
-    return TangentCones(zeta_m, zeta_mp, delta_1, spiral_1, diameter_1)
+    cone_1, cone_2 = diameter_1 / (2.0 * sin(delta_1)), mean_diameter_2 / (2.0 * sin(delta_2))
+    return PitchCones(delta_1, delta_2, cone_1, cone_2, spiral_1, spiral_2, 0.5)
 
 
-def tangent_cones(inputs: PairBlankInput, delta_2: float, mean_diameter_2: float, spiral_2: float) -> TangentCones:
-    """The pinion cone that touches a given gear cone at the hypoid offset of the pair, exactly.
+def tangent_cones(inputs: PairBlankInput, delta_2: float, mean_diameter_2: float, spiral_2: float) -> PitchCones:
+    """A gear cone and the pinion cone that touches it at the hypoid offset of the pair, exactly.
 
+    The calculation point lies in the middle of the gear's face.
     The pitch plane touches both cones: sin delta_1 = cos zeta_m sin Sigma cos delta_2 - cos Sigma sin delta_2; equal
     normal modules: d_m1 = d_m2 z_1 cos beta_m2/(z_2 cos beta_m1); the offset: 2 a = sin zeta_m (d_m2 + d_m1 cos delta_2
     /cos delta_1), Formula (113). One equation for zeta_m, solved by Brent's method.
@@ -154,7 +138,7 @@ def tangent_cones(inputs: PairBlankInput, delta_2: float, mean_diameter_2: float
 
     def reach(zeta_m: float) -> float:
         cones = _touching(inputs, zeta_m, delta_2, mean_diameter_2, spiral_2)
-        return 0.5 * sin(zeta_m) * (mean_diameter_2 + cones.mean_diameter_1 * cos(delta_2) / cos(cones.delta_1))
+        return 0.5 * sin(zeta_m) * (mean_diameter_2 + cones.mean_diameter_1 * cos(delta_2) / cos(cones.pitch_angle_1))
 
     offset = inputs.hypoid_offset
     if offset == 0.0:
@@ -171,28 +155,14 @@ def _largest_offset_angle(inputs: PairBlankInput, delta_2: float, mean_diameter_
 
     def possible(zeta_m: float) -> bool:
         cones = _touching(inputs, zeta_m, delta_2, mean_diameter_2, spiral_2)
-        inside = abs(sin(zeta_m)) * sin(inputs.shaft_angle) < cos(cones.delta_1)
-        return inside and abs(cones.spiral_1) < SPIRAL_LIMIT and cones.delta_1 > PITCH_ANGLE_LOWEST
+        inside = abs(sin(zeta_m)) * sin(inputs.shaft_angle) < cos(cones.pitch_angle_1)
+        return inside and abs(cones.spiral_1) < SPIRAL_LIMIT and cones.pitch_angle_1 > PITCH_ANGLE_LOWEST
 
     low, high = 0.0, copysign(0.5 * pi, inputs.hypoid_offset)
     for _ in range(60):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if possible(middle) else (low, middle)
     return low
-
-
-def cones_of(inputs: PairBlankInput, delta_2: float, mean_diameter_2: float, spiral_2: float) -> PitchCones:
-    """`PitchCones` of an exactly tangent pair; the calculation point lies in the middle of the gear's face."""
-    touch = tangent_cones(inputs, delta_2, mean_diameter_2, spiral_2)
-    return PitchCones(
-        touch.delta_1,
-        delta_2,
-        touch.mean_diameter_1 / (2.0 * sin(touch.delta_1)),
-        mean_diameter_2 / (2.0 * sin(delta_2)),
-        touch.spiral_1,
-        spiral_2,
-        0.5,
-    )
 
 
 def gear_mean_diameter(inputs: PairBlankInput, delta_2: float) -> float:
@@ -206,30 +176,38 @@ def gear_mean_diameter(inputs: PairBlankInput, delta_2: float) -> float:
     return diameter
 
 
-def solve_gear_cone(inputs: PairBlankInput, closure: Callable[[float], float], start: float) -> tuple[float, int]:
-    """The gear pitch angle nearest to the start at which the closure of a method vanishes; number of evaluations.
+def nearest_root(
+    inputs: PairBlankInput,
+    closure: Callable[[float], float],
+    start: float,
+    step: float = radians(0.25),
+    growth: float = 1.3,
+    limits: tuple[float, float] = (PITCH_ANGLE_LOWEST, PITCH_ANGLE_HIGHEST),
+) -> tuple[float, int]:
+    """The unknown nearest to the start at which the closure of a method vanishes; number of evaluations.
 
-    The bracket is extended from the start on both sides, so that the nearest of several roots is found.
+    The bracket is extended from the start on both sides, so that the nearest of several roots is found. The unknown is
+    the pitch angle of the gear unless step, growth of the step and limits are given.
     """
-    count, step = 0, radians(0.25)
+    count = 0
 
-    def value(delta_2: float) -> float:
+    def value(unknown: float) -> float:
         nonlocal count
         count += 1
-        return closure(delta_2)
+        return closure(unknown)
 
     low = high = start
     at_low = at_high = value(start)
     if at_low == 0.0:
         return start, count
-    for _ in range(60):
-        trial_low, trial_high = max(low - step, PITCH_ANGLE_LOWEST), min(high + step, PITCH_ANGLE_HIGHEST)
+    for _ in range(120):
+        trial_low, trial_high = max(low - step, limits[0]), min(high + step, limits[1])
         for new, edge, at_edge in ((trial_low, low, at_low), (trial_high, high, at_high)):
             if new == edge:
                 continue
             try:
                 at_new = value(new)
-            except InputError:
+            except (ValueError, ZeroDivisionError):
                 continue
             if at_new * at_edge <= 0.0:
                 a, b = sorted((new, edge))
@@ -241,8 +219,28 @@ def solve_gear_cone(inputs: PairBlankInput, closure: Callable[[float], float], s
                 low, at_low = new, at_new
             else:
                 high, at_high = new, at_new
-        step *= 1.3
+        step *= growth
     raise too_large(inputs.hypoid_offset)
+
+
+def printed_trials(
+    inputs: PairBlankInput,
+    trial: Callable[[float], PitchCones],
+    first: float,
+    second: float,
+    tolerance: float,
+    condition: str,
+) -> PitchCones:
+    """Trials of the standard until the closure is within a tolerance; from the third on by linear interpolation."""
+    old, new, before = first, second, trial(first)
+    if abs(before.closure) <= tolerance:
+        return replace(before, trials=1)
+    for count in range(2, 30):
+        cones = trial(new)
+        if abs(cones.closure) <= tolerance:
+            return replace(cones, trials=count)
+        old, new, before = new, new - cones.closure * (new - old) / (cones.closure - before.closure), cones
+    raise ConvergenceError(f"method_{inputs.method}", f"{condition} - 1 is {before.closure:.2g} after 30 trials")
 
 
 def gear_cone_method(
@@ -264,10 +262,10 @@ def gear_cone_method(
         return bevel
 
     def touching(delta_2: float, diameter: float | None = None) -> PitchCones:
-        return cones_of(inputs, delta_2, diameter or gear_mean_diameter(inputs, delta_2), bevel.spiral_2)
+        return tangent_cones(inputs, delta_2, diameter or gear_mean_diameter(inputs, delta_2), bevel.spiral_2)
 
     if inputs.pitch_cones == "converged":
-        delta_2, trials = solve_gear_cone(inputs, lambda angle: closure(touching(angle)), start())
+        delta_2, trials = nearest_root(inputs, lambda angle: closure(touching(angle)), start())
         cones = touching(delta_2)
     else:
         printed, diameter = as_printed()

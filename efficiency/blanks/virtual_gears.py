@@ -82,7 +82,7 @@ def virtual_gears(
     effective = EFFECTIVE_FACE * face_width_gear
     width_effective = (effective / cos(0.5 * zeta) - path * cos(alpha_t) * abs(tan(0.5 * zeta))) / share
     if width_effective <= 0.0:
-        stated = f"{place.offset_in_plane * 1e3:.4g} mm in the pitch plane"
+        stated = f"{place.offset_pitch_plane * 1e3:.4g} mm in the pitch plane"
         allowed = "an offset that leaves both faces in contact"
         raise InputError("hypoid_offset", stated, allowed, "Take a smaller offset or a larger face width.")
     overlap = width_effective * sin(helix) / (pi * module)

@@ -14,6 +14,7 @@ from efficiency.design.design import MISALIGNMENTS, MemberInput, Misalignment, P
 from efficiency.loss.efficiency_result import Bulk, LoadBalance
 from efficiency.loss.kinematics import OPERATION_LIMITS, TEXTURE, Driver, Operation
 from ehl.common.errors import InputError
+from ehl.common.quantities import Quantity, quantities
 from ehl.common.units import ValueRange, is_list
 from ehl.common.validation import value_range_of
 from ehl.fluid.oil import Oil
@@ -140,6 +141,12 @@ class Conditions:
             values = {"roughness_rms_pinion": each, "roughness_rms_gear": each} | values
         own = design.running(design.operation.speed, design.operation.temperature, design.operation.driver)
         return cls(replace(own, **values), oil if isinstance(oil, Oil) else Oil.load(oil), **options)
+
+
+def level_quantity(name: str) -> Quantity:
+    """Quantity of a condition: misalignments by their letters, the roughness that of each flank."""
+    known = quantities()
+    return known.get(f"misalignment.{name}") or known[name]
 
 
 def checked(name: str, value: Any) -> Any:

@@ -12,7 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.cutting.machine import AnyArray, cross, dot, spin, turn
+from efficiency.cutting.machine import cross, dot, spin, turn
+from efficiency.cutting.newton import AnyArray
 from ehl.common.arrays import FloatArray
 
 

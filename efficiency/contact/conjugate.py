@@ -187,9 +187,9 @@ def conjugate_flank(gear: Flank, blank: Blank, assembly: Assembly, relief: EaseO
         error = float(np.abs(dot(points.normal, patch(u, v, POSITION) - points.position)).max())
 
     conjugate = conjugate_points(points, assembly)
-    u1, h1 = blank.coordinates(np.hypot(conjugate.position[0], conjugate.position[1]), conjugate.position[2])
-    nearest = int(np.argmin(np.real(u1) ** 2 + (np.real(h1) - 0.5 * blank.mean_addendum) ** 2))
-    place = float(np.real(u1[nearest])), float(np.real(h1[nearest]))
+    u1, h1 = blank.place(conjugate.position)
+    nearest = int(np.argmin(u1**2 + (h1 - 0.5 * blank.mean_addendum) ** 2))
+    place = float(u1[nearest]), float(h1[nearest])
     start = np.array([u[nearest], v[nearest], conjugate.gear_roll[nearest]])[:, None]
     side: FlankSide = "convex" if gear.side == "concave" else "concave"
     flank = ConjugateFlank(side, blank, assembly, patch, 1.0, start, place, ORIGIN, error)

@@ -103,6 +103,13 @@ class MeshPosition:
             edge = np.where(self.edge.touching, self.edge.index + 1, 0)
         return np.asarray(self.pair * (len(EDGES) + 1) + edge)
 
+    @property
+    def sliding_direction(self) -> FloatArray:
+        """Unit vectors of the sliding velocity of the pinion relative to the gear, (n, 3); zero at the pitch line."""
+        sliding = self.sliding_along[:, None] * self.along + self.sliding_across[:, None] * self.across
+        speed = np.linalg.norm(sliding, axis=1)
+        return np.asarray(sliding / np.where(speed > 0.0, speed, 1.0)[:, None])
+
     @cached_property
     def lines(self) -> tuple[IntArray, ...]:
         """Indices of the points of each contact line and of each edge, in order along it."""
@@ -298,8 +305,7 @@ class Across:
         signs = np.ones(edge.size)
         blanks = (0, self.surface.gear.blank, gear), (len(EDGES) // 2, self.surface.pinion.blank, pinion)
         for first, blank, (u, h) in blanks:
-            inside = (u, -u, blank.tip(u) - h)
-            for k, distance in enumerate(inside):
+            for k, distance in enumerate(blank.inside(u, h)):
                 signs = np.where(edge == first + k, np.sign(distance[:, 0] - distance[:, 1]), signs)
         return signs
 

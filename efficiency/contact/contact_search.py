@@ -27,6 +27,7 @@ from efficiency.contact.chebyshev import akima_curve
 from efficiency.contact.measured_flank import MeasuredFlank
 from efficiency.contact.mesh_surface import EDGES, PINION, MeshSurface
 from efficiency.cutting.blank import Blank
+from efficiency.cutting.machine import turn
 from efficiency.cutting.newton import Array
 from ehl.common.arrays import BoolArray, FloatArray, IntArray
 from ehl.common.errors import ConvergenceError
@@ -141,9 +142,7 @@ def _interval(surface: MeshSurface, path: ContactPath, angle: FloatArray) -> tup
             covariance = covariance + flank.covariance(u, h)
     if not covariance.any():
         return None
-    blank = surface.gear.blank
-    depth = (path.height - blank.root(path.u)) / (blank.tip(path.u) - blank.root(path.u))
-    lever = np.abs(surface.patch(path.u, depth, ("lever",))[0])
+    lever = np.abs(surface.patch(path.u, surface.gear.blank.fraction(path.u, path.height), ("lever",))[0])
     draw = np.random.default_rng(0).multivariate_normal
     draws = draw(np.zeros(lever.size), covariance, _DRAWS, method="eigh") / lever
     errors = [np.ptp(_envelope(path.pinion_angle, path.transmission_error + x, angle, surface.pitch)[0]) for x in draws]
@@ -186,7 +185,7 @@ class PointContact:
     # (n,) position of the point on the gear
     gear_u: Array
     gear_v: Array
-    gear_rotation: FloatArray  # (n,) rotation f2 of the gear at contact, from -pi to pi [rad]; real
+    behind: FloatArray  # (n,) lag of the gear relative to the constant ratio, from -pi to pi [rad]; real
 
 
 def _axial(point: Array, slopes: tuple[Array, Array]) -> tuple[Array, list[Array]]:
@@ -201,14 +200,11 @@ def _axial(point: Array, slopes: tuple[Array, Array]) -> tuple[Array, list[Array
 
 def _limits(blank: Blank, u: Array, h: Array, rates: list[Array]) -> tuple[list[Array], list[Array]]:
     """Distances inside toe, heel, tip and root of a blank and their derivatives; `rates` of radius, azimuth, height."""
-    half = 0.5 * blank.face_width
-    tip, root = (float(cone(np.ones(1))[0] - cone(np.zeros(1))[0]) for cone in (blank.tip, blank.root))
-    tip_zero, root_zero = (float(cone(np.zeros(1))[0]) for cone in (blank.tip, blank.root))
-    values = [u + half, half - u, tip_zero + tip * u - h, h - root_zero - root * u]
+    tip, root = np.tan(blank.addendum_angle), -np.tan(blank.dedendum_angle)
     c, s = np.cos(blank.pitch_angle), np.sin(blank.pitch_angle)
     along = np.stack([rate[0] * s + rate[2] * c for rate in rates])
     over = np.stack([rate[0] * c - rate[2] * s for rate in rates])
-    return values, [along, -along, tip * along - over, over - root * along]
+    return blank.inside(u, h), [along, -along, tip * along - over, over - root * along]
 
 
 def point_contact(surface: MeshSurface, angle: FloatArray, u: Array, v: Array) -> PointContact:
@@ -219,11 +215,9 @@ def point_contact(surface: MeshSurface, angle: FloatArray, u: Array, v: Array) -
     back = surface.direction * np.stack([at[1], -at[0], 0.0 * at[2]])
     at_u, at_v = (slope[:3] + slope[3] * back for slope in slopes)
     turned = np.pi + surface.direction * (angle - roll) + surface.roll_zero
-    cosine, sine = np.cos(turned), np.sin(turned)
 
     def place(vector: Array) -> Array:
-        around = np.stack([cosine * vector[0] - sine * vector[1], sine * vector[0] + cosine * vector[1], vector[2]])
-        return np.asarray(assembly.pinion_frame @ around)
+        return np.asarray(assembly.pinion_frame @ turn(vector, turned))
 
     point = place(at) + assembly.pinion_origin - np.array([[0.0], [0.0], [assembly.G]])
     radius, rates = _axial(point, (place(at_u), place(at_v)))
@@ -244,14 +238,15 @@ def point_contact(surface: MeshSurface, angle: FloatArray, u: Array, v: Array) -
         scale = surface.undercut_scale
         limits.append(scale * regular[0])
         slopes.append(scale * np.concatenate([regular_u, regular_v]))
-    here = np.arctan2(np.real(point[1]), np.real(point[0])) - surface.gear_azimuth
+    here = np.arctan2(np.real(point[1]), np.real(point[0])) - surface.grid.points.azimuth[-1] - np.real(azimuth[0])
+    lag = here - assembly.ratio * (surface.direction * angle + surface.roll_zero)
     return PointContact(
         slope=-surface.forward * np.stack(ahead),
         limits=np.stack(limits),
         limit_slopes=np.stack(slopes),
         gear_u=gear_u,
         gear_v=gear_v,
-        gear_rotation=np.angle(np.exp(1j * (here - np.real(azimuth[0])))),
+        behind=-surface.forward * np.angle(np.exp(1j * lag)),
     )
 
 
@@ -310,9 +305,8 @@ class _Problem:
         """Lag of the gear [rad], and the points; infinite on another turn of a tooth that winds around its member."""
         s, place = self.surface, x * self.scale[:, None]
         found = point_contact(s, angle, *place)
-        lag = found.gear_rotation - s.assembly.ratio * (s.direction * angle + s.roll_zero)
         other = np.abs(s.patch(place[0], place[1], ("roll",))[0] - angle) > np.pi
-        return np.where(other, np.inf, -s.forward * np.angle(np.exp(1j * lag))), found
+        return np.where(other, np.inf, found.behind), found
 
     def newton(self, angle: FloatArray, start: FloatArray, edges: IntArray) -> tuple[FloatArray, BoolArray]:
         """Newton's method at n points, and a mask of converged ones.
@@ -393,9 +387,7 @@ def contact_path(surface: MeshSurface, angle: FloatArray) -> ContactPath:
     problem = _Problem(surface, np.array([u1 - u0, v1 - v0]))
     # a pinion with few teeth turns far during one contact: more samples
     columns = max(49, int(8.0 * np.ptp(surface.roll_range)))
-    grid_u, grid_v = (g.ravel() for g in np.meshgrid(np.linspace(u0, u1, columns), np.linspace(v0, v1, 41)))
-    within = surface.margin(grid_u, grid_v) >= 0.0
-    grid_u, grid_v = grid_u[within], grid_v[within]
+    grid_u, grid_v = surface.common_points(columns, 41)
     gap, bend, roll = surface.patch(grid_u, grid_v, ("ease_off_angle", "bend", "roll"))
     rough = gap + 0.5 * bend * (roll - angle[:, None]) ** 2
     lowest, expected = np.argmin(rough, axis=1), rough.min(axis=1)
@@ -418,8 +410,8 @@ def contact_path(surface: MeshSurface, angle: FloatArray) -> ContactPath:
     at = point_contact(surface, angle, *place)
     u, v = np.real(at.gear_u), np.real(at.gear_v)
     point = surface.patch(*place, PINION)
-    along, over = (np.real(x) for x in surface.pinion.blank.coordinates(np.hypot(point[0], point[1]), point[2]))
-    return ContactPath(angle, -back, u, surface.height(u, v), along, over, edge, corner, settled, -expected)
+    on_pinion = surface.pinion.blank.place(point)
+    return ContactPath(angle, -back, u, surface.height(u, v), *on_pinion, edge, corner, settled, -expected)
 
 
 def _on_rim(

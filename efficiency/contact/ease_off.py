@@ -46,11 +46,10 @@ def pinion_phase(conjugate: ConjugatePoints, pinion: Flank, start: FloatArray | 
 
     `start` (3, 1): surface parameters of a pinion point nearby.
     """
-    radius, z = np.hypot(conjugate.position[0], conjugate.position[1]), conjugate.position[2]
     if start is None:
-        u, h = pinion.blank.coordinates(radius, z)
-        points, ok = pinion.solve(np.real(u), np.real(h))
+        points, ok = pinion.solve(*pinion.blank.place(conjugate.position))
     else:
+        radius, z = np.hypot(conjugate.position[0], conjugate.position[1]), conjugate.position[2]
         parameters, ok = pinion.refine(radius, z, start)
         points = pinion.points(parameters)
     if not ok.all():
@@ -73,8 +72,7 @@ def ease_off(
     position = turn(conjugate.position, -phase)
     normal = turn(conjugate.normal, -phase)
     if start is None:
-        u, h = pinion.blank.coordinates(np.hypot(position[0], position[1]), position[2])
-        start = pinion.solve(np.real(u), np.real(h))[0].parameters
+        start = pinion.solve(*pinion.blank.place(position))[0].parameters
     x, found = meet_flank(pinion, position, normal, start, np.zeros(start.shape[1]))
     return x[3], x[:3], found
 

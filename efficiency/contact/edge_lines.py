@@ -211,8 +211,7 @@ def _closing(
     if own.size:
         at_u[own], at_v[own], exists[own] = _landing(surface, u[own], v[own], angle[own])
     found = point_contact(surface, angle, at_u, at_v)
-    lag = found.gear_rotation - surface.assembly.ratio * (surface.direction * angle + surface.roll_zero)
-    return np.asarray(-surface.forward * np.angle(np.exp(1j * lag))), exists & (surface.regular(at_u, at_v) > 0.0)
+    return found.behind, exists & (surface.regular(at_u, at_v) > 0.0)
 
 
 def _landing(

@@ -17,9 +17,10 @@ from ehl.common.errors import ConvergenceError
 # tuned: coefficients along face and depth, by the error of the map (docs/gear_geometry.md); may be changed after
 # repeating that page
 SHAPE = (18, 14)
-# extension of the map beyond the blank along the face and above the tip (fractions of face width and depth), for
-# bracketing line ends and for unloaded contact just beyond an edge
-_OVERHANG = (0.04, 0.06)
+# extension of the map beyond the blank along the face (fraction of the face width), above the tip and below the deepest
+# contact with the face cone of the pinion (fraction of the depth), for bracketing line ends and for unloaded contact
+# just beyond an edge
+_OVERHANG, _OVERHANG_DEPTH = 0.04, 0.06
 # relative regularity, compared with the design point, below which a flank is undercut; the fields are singular at zero,
 # where the flank ends
 # tuned: error of the map near the limit (docs/gear_geometry.md); may be changed after repeating that page
@@ -56,14 +57,12 @@ class FlankGrid:
         return _grid(self.gear, self.pinion, assembly, self.u_range, self.v_range, self.v[-1], self.shape, True)
 
 
-def flank_grid(
-    gear: Flank, pinion: Flank, assembly: Assembly, overhang_root: float = 0.06, shape: tuple[int, int] = SHAPE
-) -> FlankGrid:
+def flank_grid(gear: Flank, pinion: Flank, assembly: Assembly, shape: tuple[int, int]) -> FlankGrid:
     """Solve the flank points of a map; parameters as in `mesh_surface`."""
-    half = 0.5 * gear.blank.face_width * (1.0 + _OVERHANG[0])
+    half = 0.5 * gear.blank.face_width * (1.0 + _OVERHANG)
     u_range = (-half, half)
     deepest = _deepest_contact(gear, pinion, assembly, u_range)
-    v_range = (deepest - overhang_root, 1.0 + _OVERHANG[1])
+    v_range = (deepest - _OVERHANG_DEPTH, 1.0 + _OVERHANG_DEPTH)
     return _grid(gear, pinion, assembly, u_range, v_range, 0.5 * (deepest + 1.0), shape, False)
 
 
@@ -103,9 +102,7 @@ def _grid(
 
     conjugate = conjugate_points(gear.points(np.where(found, lead.parameters, lead.parameters[:, -1:])), assembly)
     phase = pinion_phase(last_point(conjugate), pinion)
-    turned = turn(conjugate.position, -phase)
-    u1, h1 = pinion.blank.coordinates(np.hypot(turned[0], turned[1]), turned[2])
-    facing, reached = pinion.solve(np.real(u1), np.real(h1))
+    facing, reached = pinion.solve(*pinion.blank.place(turn(conjugate.position, -phase)))
     if not reached[-1]:
         raise ConvergenceError("undercut", f"the {pinion.side} pinion flank does not reach its design point")
     _, near, met = ease_off(conjugate, pinion, phase, np.where(reached, facing.parameters, facing.parameters[:, -1:]))
@@ -132,9 +129,9 @@ def _deepest_contact(gear: Flank, pinion: Flank, assembly: Assembly, u_range: tu
     f2 = np.where(found, f2, 0.0)
     in_mesh = assembly.gear_in_mesh(points.position, f2)
     position, _ = assembly.to_pinion(in_mesh, points.normal, f2 / assembly.ratio)
-    u1, h1 = pinion.blank.coordinates(np.hypot(position[0], position[1]), position[2])
+    u1, h1 = pinion.blank.place(position)
     # an undercut root, or one that never meshes, lies below the deepest contact
-    room = np.where(found, pinion.blank.tip(np.real(u1)) - np.real(h1), -1.0).reshape(columns.size, rows.size)
+    room = np.where(found, pinion.blank.tip(u1) - h1, -1.0).reshape(columns.size, rows.size)
     # the distance to the face cone of the pinion increases with v; if it is never negative the whole depth is reached
     crossing = [float(np.interp(0.0, column, rows)) for column in room]
     deepest = min(crossing)

@@ -105,16 +105,6 @@ class FlankPair:
         return self.flanks.name
 
     @property
-    def teeth_pinion(self) -> int:
-        """Number of teeth of the pinion."""
-        return self.flanks.assembly.teeth_pinion
-
-    @property
-    def teeth_gear(self) -> int:
-        """Number of teeth of the gear."""
-        return self.flanks.assembly.teeth_gear
-
-    @property
     def path(self) -> ContactPath:
         """Unloaded contact path of one tooth pair, one pitch to both sides of its highest point."""
         return self.transmission.path

@@ -58,10 +58,8 @@ class SmoothFlank(Flank):
         blank = self.blank
         sine, cosine = np.sin(blank.pitch_angle), np.cos(blank.pitch_angle)
         radius, z = blank.axial(u, h)
-        low, high = (float(cone(np.zeros(1))[0]) for cone in (blank.root, blank.tip))
-        slope_low, slope_high = float(blank.root(np.ones(1))[0]) - low, float(blank.tip(np.ones(1))[0]) - high
-        depth = high - low + (slope_high - slope_low) * u
-        v = (h - low - slope_low * u) / depth
+        slope_low, slope_high = -np.tan(blank.dedendum_angle), np.tan(blank.addendum_angle)
+        depth, v = blank.tip(u) - blank.root(u), blank.fraction(u, h)
         (azimuth,), (by_u,), (by_v,) = self.patch.slopes(u, v, ("azimuth",))
         by_h = by_v / depth
         by_u = by_u - by_v * (slope_low + v * (slope_high - slope_low)) / depth
@@ -182,10 +180,8 @@ def placed_points(
     """
     if grid.flank and grid.flank != side:
         raise InputError(f"{grid.path}: flank", grid.flank, side)
-    radius = np.hypot(grid.position[0], grid.position[1])
-    u, h = (np.real(x) for x in blank.coordinates(radius, grid.position[2]))
-    root = blank.root(u)
-    v = (h - root) / (blank.tip(u) - root)
+    u, h = blank.place(grid.position)
+    v = blank.fraction(u, h)
     off = np.maximum(np.abs(u) / blank.face_width - 0.5, np.abs(v - 0.5) - 0.5)
     worst = int(np.argmax(off))
     if off[worst] > _BEYOND:

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.contact.mesh_surface import POSITION, MeshSurface
-from efficiency.cutting.machine import dot
+from efficiency.contact.mesh_surface import MeshSurface, line_frame
 from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.errors import ConvergenceError
 
@@ -85,16 +84,9 @@ def line_points(surface: MeshSurface, spans: Spans, count: int) -> Lines:
     run = spans.start[:, None] + part[:, None] * (np.arange(count) + 0.5)
     u, v, _ = _level(surface, spans.roll, run, spans.swapped)
     u, v = u.ravel(), v.ravel()
-    return Lines(u, v, _stretch(surface, u, v, spans.swapped) * np.repeat(part, count))
-
-
-def _stretch(surface: MeshSurface, u: FloatArray, v: FloatArray, swapped: bool) -> FloatArray:
-    """Length of a line per unit of the coordinate along which it is followed."""
-    p = surface.patch
-    ru, rv = p(u, v, POSITION, du=1), p(u, v, POSITION, dv=1)
-    (roll_u,), (roll_v,) = p(u, v, ("roll",), du=1), p(u, v, ("roll",), dv=1)
-    tangent = rv - ru * roll_v / roll_u if swapped else ru - rv * roll_u / roll_v
-    return np.asarray(np.sqrt(dot(tangent, tangent)))
+    # change of the coordinate along which a line is followed, per length of the line
+    rate = np.abs(line_frame(surface.patch, u, v).rates_along[int(spans.swapped)])
+    return Lines(u, v, np.repeat(part, count) / rate)
 
 
 def _steep(surface: MeshSurface) -> bool:

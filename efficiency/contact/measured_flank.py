@@ -28,7 +28,7 @@ from efficiency.contact.conjugate import regular_points
 from efficiency.contact.grid_flank import Hand, PointGrid, SmoothFlank, normal_sense, placed_points
 from efficiency.cutting.blank import Blank
 from efficiency.cutting.cutter import FlankSide
-from efficiency.cutting.flank import Flank, FlankPoints
+from efficiency.cutting.flank import Flank
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError, InputError
 
@@ -230,7 +230,7 @@ def measured_flank(
         points = flank.points(np.stack([nodes[0], blank.height(*nodes), np.zeros_like(nodes[0])]))
     else:
         at, here = nominal.solve(u, h)
-        reference = np.arctan2(at.position[1], at.position[0])
+        reference = at.azimuth
         nodes_u, nodes_v, points, regular = regular_points(nominal, *ranges, _SHAPE)
         for raised in _RAISED:
             if regular.all():
@@ -244,19 +244,21 @@ def measured_flank(
         nodes = nodes_u, nodes_v
     if here.sum() < 0.8 * here.size:
         raise ConvergenceError("undercut", f"the nominal {side} flank does not exist at a fifth of the measured points")
-    u, h, turn = u[here], h[here], np.angle(np.exp(1j * (azimuth - reference)))[here]
-    levers = _lever(at)[here]
-    offset = float(np.angle(np.mean(np.exp(1j * turn))))
-    deviation = np.angle(np.exp(1j * (turn - offset))) * levers
+    u, h, levers, ahead = u[here], h[here], at.lever[here], np.exp(1j * (azimuth - reference)[here])
+
+    def deviations() -> tuple[float, FloatArray]:
+        mean = np.mean(ahead)
+        return float(np.angle(mean)), np.angle(ahead / mean) * levers
+
+    offset, deviation = deviations()
     place = _place(blank, u, h)
     clean = ~_dirty(place, deviation * 1e6, uncertainty * 1e6)
     rows, columns = grid.row[here], grid.column[here]
     dirty = tuple(f"row {rows[k]}, column {columns[k]} ({deviation[k] * 1e6:+.3g} um)" for k in np.flatnonzero(~clean))
     if dirty:
         here[np.flatnonzero(here)[~clean]] = False
-        u, h, turn, levers, place = u[clean], h[clean], turn[clean], levers[clean], place[:, clean]
-        offset = float(np.angle(np.mean(np.exp(1j * turn))))
-        deviation = np.angle(np.exp(1j * (turn - offset))) * levers
+        u, ahead, levers, place = u[clean], ahead[clean], levers[clean], place[:, clean]
+        offset, deviation = deviations()
     worst = int(np.argmax(np.abs(deviation)))
     if abs(deviation[worst]) > _FARTHEST:
         where = f"{grid.path}, row {grid.row[here][worst]}, column {grid.column[here][worst]}"
@@ -267,9 +269,9 @@ def measured_flank(
 
     node_height = blank.height(*nodes)
     smooth = field.mean(_place(blank, nodes[0], node_height)) * 1e-6
-    around = np.arctan2(points.position[1], points.position[0])
+    around = points.azimuth
     middle = around[int(np.argmin(np.sum(_place(blank, nodes[0], node_height) ** 2, axis=0)))]
-    total = middle + np.angle(np.exp(1j * (around - middle))) + offset + smooth / _lever(points)
+    total = middle + np.angle(np.exp(1j * (around - middle))) + offset + smooth / points.lever
     patch = Patch.fit(*ranges, _SHAPE, {"azimuth": total})
     apart = patch(u, v[here], ("azimuth",))[0] - reference[here] - offset - field.mean(place) * 1e-6 / levers
     missed = max(float(np.abs(np.angle(np.exp(1j * apart)) * levers).max()), patch.tail["azimuth"] * abs(levers).max())
@@ -313,11 +315,4 @@ def _dirty(place: FloatArray, deviation: FloatArray, uncertainty: float) -> NDAr
 
 def _place(blank: Blank, u: FloatArray, h: FloatArray) -> FloatArray:
     """Face and depth from -1 to 1, (2, n)."""
-    root = blank.root(u)
-    return np.stack([2.0 * u / blank.face_width, 2.0 * (h - root) / (blank.tip(u) - root) - 1.0])
-
-
-def _lever(points: FlankPoints) -> FloatArray:
-    """Distance along the outward normal per rotation about the axis [m/rad], (n,)."""
-    (x, y, _), (nx, ny, _) = points.position, points.normal
-    return np.asarray(x * ny - y * nx)
+    return np.stack([2.0 * u / blank.face_width, 2.0 * blank.fraction(u, h) - 1.0])

@@ -163,11 +163,6 @@ class MeshSurface:
         middle = np.zeros(1)
         return float((self.height(middle, np.ones(1)) - self.height(middle, middle))[0])
 
-    @property
-    def gear_azimuth(self) -> float:
-        """Azimuth of the design point in the gear frame [rad], the zero of the field ``azimuth``."""
-        return float(self.grid.points.azimuth[-1])
-
     @cached_property
     def marks(self) -> Patch:
         """Angles of the lay of both flanks [rad], fields ``gear``, ``pinion``."""
@@ -180,34 +175,30 @@ class MeshSurface:
         fields = {"gear": gear[both], "pinion": pinion[both]}
         return PointFit((-half, half), (0.0, 1.0), _MARK_SHAPE, u[both], v[both])(fields)
 
-    @cached_property
-    def roll_range(self) -> tuple[float, float]:
-        """Smallest and largest roll angle at which both members have a flank [rad]."""
-        ranges = np.linspace(*self.patch.u_range, 81), np.linspace(*self.patch.v_range, 61)
+    def common_points(self, columns: int, rows: int) -> tuple[FloatArray, FloatArray]:
+        """Map coordinates of the points of a grid at which both members have a flank; `ConvergenceError` if none."""
+        ranges = np.linspace(*self.patch.u_range, columns), np.linspace(*self.patch.v_range, rows)
         u, v = (g.ravel() for g in np.meshgrid(*ranges))
         inside = self.margin(u, v) >= 0.0
         if not inside.any():
             raise ConvergenceError("no_contact", "the blanks of both members have no common part of the flank")
-        roll = self.patch(u[inside], v[inside], ("roll",))[0]
+        return u[inside], v[inside]
+
+    @cached_property
+    def roll_range(self) -> tuple[float, float]:
+        """Smallest and largest roll angle at which both members have a flank [rad]."""
+        roll = self.patch(*self.common_points(81, 61), ("roll",))[0]
         return float(roll.min()), float(roll.max())
 
     def height(self, u: FloatArray, v: FloatArray) -> FloatArray:
         """Height above the pitch cone of the gear [m]."""
         return self.gear.blank.height(u, v)
 
-    def fraction(self, u: FloatArray, h: FloatArray) -> FloatArray:
-        """Fraction v of the whole depth of the gear at a height above its pitch cone."""
-        root = self.gear.blank.root(u)
-        return np.asarray((h - root) / (self.gear.blank.tip(u) - root))
-
     def limits(self, u: FloatArray, v: FloatArray) -> FloatArray:
         """Distance inside each of `EDGES` [m], negative outside, (9, n); toe, heel, face and root cone, undercut."""
         u1, h1 = self.patch(u, v, ("u1", "h1"))
-        rows = []
-        for blank, along, height in ((self.gear.blank, u, self.height(u, v)), (self.pinion.blank, u1, h1)):
-            half = 0.5 * blank.face_width
-            rows += [along + half, half - along, blank.tip(along) - height, height - blank.root(along)]
-        return np.stack([*rows, self.regular(u, v)])
+        of_gear, of_pinion = self.gear.blank.inside(u, self.height(u, v)), self.pinion.blank.inside(u1, h1)
+        return np.stack([*of_gear, *of_pinion, self.regular(u, v)])
 
     def regular(self, u: FloatArray, v: FloatArray) -> FloatArray:
         """Measure of the distance of the pinion from its undercut limit [m]."""
@@ -229,7 +220,6 @@ def mesh_surface(
     gear: Flank,
     pinion: Flank,
     assembly: Assembly,
-    overhang_root: float = 0.06,
     shape: tuple[int, int] = SHAPE,
     grid: FlankGrid | None = None,
     deviation: FlankDeviation | None = None,
@@ -237,15 +227,13 @@ def mesh_surface(
     """Map of the mesh of two real flanks in an assembly with its misalignments.
 
     gear, pinion, assembly: mating flanks and their position.
-    overhang_root: extension of the map below the deepest contact with the face cone of the pinion, as a fraction of the
-        whole depth.
     shape: Chebyshev coefficients along the face and over the depth.
     grid: flank points of the same flanks from another position.
     deviation: of the flanks from the given ones.
     Raises `ConvergenceError`: a flank does not exist at the design point, too much of the mating region is undercut,
         the members do not mesh there, or the fields are not smooth enough for the map.
     """
-    grid = grid or flank_grid(gear, pinion, assembly, overhang_root, shape)
+    grid = grid or flank_grid(gear, pinion, assembly, shape)
     conjugate = conjugate_points(grid.points, assembly)
     phase = pinion_phase(last_point(conjugate), pinion, grid.start[:, -1:])
     relief, parameters, found = ease_off(conjugate, pinion, phase, grid.start)
@@ -274,13 +262,13 @@ def _map(
     lever = np.abs(lever_gear)
     direction = float(np.sign(lever_pinion[-1]))
     pinion_roll = conjugate.gear_roll / assembly.ratio
-    u1, h1 = grid.pinion.blank.coordinates(np.hypot(*conjugate.position[:2]), conjugate.position[2])
+    u1, h1 = grid.pinion.blank.place(conjugate.position)
     fields = dict(zip(POSITION + NORMAL, [*points.position, *points.normal], strict=True)) | {
         "azimuth": np.angle(np.exp(1j * (points.azimuth - points.azimuth[-1]))),
         "roll": direction * (pinion_roll - pinion_roll[-1]),
         "lever": lever,
-        "u1": np.real(u1),
-        "h1": np.real(h1),
+        "u1": u1,
+        "h1": h1,
     }
     on_gear = _fitter(grid, grid.found)
     base = on_gear(fields)

@@ -145,21 +145,12 @@ def _heights(blank: Blank, u: FloatArray, rows: int, roots: list[RootProfile | N
     return np.concatenate([np.linspace(bottom, start, low, endpoint=False), np.linspace(start, tip, rows - low)])
 
 
-def _faces_up(points: FlankPoints) -> bool:
-    """Whether the flank at its first point faces larger azimuths."""
-    x, y, _ = points.position[:, 0]
-    return bool(x * points.normal[1, 0] - y * points.normal[0, 0] > 0.0)
-
-
 def _pinion_turns(flanks: GearFlanks) -> dict[FlankSide, float]:
     """Rotation of each pinion flank for contact with its gear flank; the backlash is removed equally from both."""
     turns: dict[FlankSide, float] = {}
     for side, pinion in flanks.pinion.items():
-        mean = pinion.mean_point()
-        (x, y, _), (nx, ny, _) = mean.position[:, 0], mean.normal[:, 0]
-        # the lever of the flank normal about the axis, r cos(alpha) cos(beta)
-        off = 0.5 * flanks.normal_backlash / abs(x * ny - y * nx)
-        turns[side] = flanks.pinion_phases[side] - (off if _faces_up(mean) else -off)
+        # the lever is positive on the flank that faces larger azimuths
+        turns[side] = flanks.pinion_phases[side] - 0.5 * flanks.normal_backlash / float(pinion.mean_point().lever[0])
     return turns
 
 
@@ -182,7 +173,7 @@ def tooth_grid(pair: GearFlanks, member: Member, rows: int = 15, columns: int = 
     upper: FlankSide = "concave"
     for side, flank in flanks.items():
         azimuth[side] = _flank_azimuth(flank, u, h, roots[side])
-        if _faces_up(flank.mean_point()):
+        if flank.mean_point().lever[0] > 0.0:
             upper = side
     lower: FlankSide = "convex" if upper == "concave" else "concave"
     pitch = 2.0 * np.pi / blank.teeth
@@ -247,8 +238,7 @@ def normal_thickness(flanks: GearFlanks, member: Member, u: FloatArray, h: Float
     concave, convex = (flanks.of(member)[side] for side in FLANK_SIDES)
     (one, missing_one), (other, missing_other) = (_points(flank, u, h, member) for flank in (concave, convex))
     turns = _pinion_turns(flanks) if member == "pinion" else dict.fromkeys(FLANK_SIDES, 0.0)
-    looks = one.position[0, -1] * one.normal[1, -1] - one.position[1, -1] * one.normal[0, -1]
-    tooth = np.sign(looks) * (one.azimuth + turns["concave"] - other.azimuth - turns["convex"])
+    tooth = np.sign(one.lever[-1]) * (one.azimuth + turns["concave"] - other.azimuth - turns["convex"])
     pitch = 2.0 * np.pi / concave.blank.teeth
     mean = tooth[-1] % pitch
     mean -= pitch * (mean > _WIDEST * pitch)

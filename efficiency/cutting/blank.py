@@ -5,12 +5,12 @@ height normal to the pitch cone, positive towards the tooth tip.
 """
 
 from math import tan
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from efficiency.cutting.newton import AnyArray
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 from ehl.common.units import ValueRange
@@ -24,9 +24,6 @@ Shift = Annotated[float, ValueRange("m", ge=-1.0, le=1.0)]
 
 # of the tooth depth: narrower teeth have no lines of contact along the face (this work)
 NARROWEST_FACE = 0.5
-
-Array = NDArray[np.inexact[Any]]
-"""Real or complex array."""
 
 
 class Blank(InputModel):
@@ -61,30 +58,44 @@ class Blank(InputModel):
             raise InputError("face_width", f"{self.face_width * 1e3:.6g} mm", allowed, "Check the unit.")
         return self
 
-    def axial(self, u: FloatArray, h: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def axial(self, u: AnyArray, h: AnyArray) -> tuple[AnyArray, AnyArray]:
         """Radius and axial position [m] of blank coordinates."""
         cone = self.mean_cone_distance + u
         c, s = np.cos(self.pitch_angle), np.sin(self.pitch_angle)
         return cone * s + h * c, cone * c - h * s - self.pitch_apex_beyond_crossing
 
-    def coordinates(self, radius: Array, z: Array) -> tuple[Array, Array]:
+    def coordinates(self, radius: AnyArray, z: AnyArray) -> tuple[AnyArray, AnyArray]:
         """Blank coordinates (u, h) [m] of a radius and an axial position; the inverse of `axial`."""
         c, s = np.cos(self.pitch_angle), np.sin(self.pitch_angle)
         along = z + self.pitch_apex_beyond_crossing
         return radius * s + along * c - self.mean_cone_distance, radius * c - along * s
 
-    def root(self, u: FloatArray) -> FloatArray:
+    def place(self, point: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Blank coordinates (u, h) [m] of points (3, ...) in the frame of the member."""
+        return self.coordinates(np.hypot(point[0], point[1]), point[2])
+
+    def root(self, u: AnyArray) -> AnyArray:
         """Height of the root cone [m], negative."""
         return -self.mean_dedendum - u * float(np.tan(self.dedendum_angle))
 
-    def tip(self, u: FloatArray) -> FloatArray:
+    def tip(self, u: AnyArray) -> AnyArray:
         """Height of the face cone [m]."""
         return self.mean_addendum + u * float(np.tan(self.addendum_angle))
+
+    def inside(self, u: AnyArray, h: AnyArray) -> list[AnyArray]:
+        """Distances inside toe, heel, tip and root [m], negative outside."""
+        half = 0.5 * self.face_width
+        return [u + half, half - u, self.tip(u) - h, h - self.root(u)]
 
     def height(self, u: FloatArray, v: FloatArray) -> FloatArray:
         """Height [m] of the fraction v of the whole depth, 0 at the root and 1 at the tip."""
         root = self.root(u)
         return root + v * (self.tip(u) - root)
+
+    def fraction(self, u: AnyArray, h: AnyArray) -> AnyArray:
+        """Fraction v of the whole depth at a height [m]; the inverse of `height`."""
+        root = self.root(u)
+        return np.asarray((h - root) / (self.tip(u) - root))
 
 
 def blank_dimensions(blank: Blank) -> dict[str, float]:

@@ -35,6 +35,11 @@ class FlankPoints:
         """Angle of the points around the axis of the member [rad]."""
         return np.asarray(np.arctan2(self.position[1], self.position[0]))
 
+    @property
+    def lever(self) -> FloatArray:
+        """Distance along the normal per rotation about the axis of the member [m/rad]."""
+        return np.asarray(self.position[0] * self.normal[1] - self.position[1] * self.normal[0])
+
     def angles(self, pitch_angle: float) -> tuple[FloatArray, FloatArray]:
         """Spiral angle and normal pressure angle of the flank at its points [rad], both unsigned.
 
@@ -52,7 +57,7 @@ class FlankPoints:
         x, y, _ = self.position
         sine, cosine, radius = np.sin(pitch_angle), np.cos(pitch_angle), np.hypot(x, y)
         along = (self.normal[0] * x + self.normal[1] * y) / radius * sine + self.normal[2] * cosine
-        return np.asarray(-along / (self.normal[1] * x - self.normal[0] * y))
+        return np.asarray(-along / self.lever)
 
 
 class Flank(ABC):
@@ -339,8 +344,7 @@ class CutFlank(Flank):
 
         def placed(s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
             point, _, condition = self.sweep(np.stack([s, th, phi]))
-            u, h = self.blank.coordinates(np.hypot(point[0], point[1]), point[2])
-            return np.real(u), np.real(h), np.real(condition)
+            return *self.blank.place(np.real(point)), np.real(condition)
 
         # the height is nearly linear in the length; a vanishing slope occurs on the opposite side of the cutter
         _, height, _ = placed(s)
@@ -368,8 +372,8 @@ class CutFlank(Flank):
         """Largest depth of the blade tip below the root cone at mid-face, with the cradle at rest [m]."""
         th = np.linspace(-np.pi, np.pi, 360, endpoint=False)
         point = np.real(self.sweep(np.stack([np.full(360, self.blade.tip), th, np.zeros(360)]))[0])
-        u, h = self.blank.coordinates(np.hypot(point[0], point[1]), point[2])
-        below = (self.blank.root(np.real(u)) - np.real(h))[np.abs(np.real(u)) < 0.25 * self.blank.face_width]
+        u, h = self.blank.place(point)
+        below = (self.blank.root(u) - h)[np.abs(u) < 0.25 * self.blank.face_width]
         return float(below.max()) if below.size else 0.0
 
 

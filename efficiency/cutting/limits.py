@@ -47,7 +47,7 @@ def at_length(flank: CutFlank, u: FloatArray, x: FloatArray) -> tuple[FloatArray
         state, slope = flank.linearise(np.concatenate([s, y]))
         radius = np.hypot(state[0], state[1])
         along = (state[0] / radius)[:, None] * slope[:, 0] + (state[1] / radius)[:, None] * slope[:, 1]
-        value = np.real(blank.coordinates(radius, state[2])[0]) - u
+        value = blank.coordinates(radius, state[2])[0] - u
         rows = np.stack([along * sine + slope[:, 2] * cosine, slope[:, 6]], axis=1)
         return np.array([value, state[6]]), rows[:, :, 1:]
 
@@ -92,7 +92,7 @@ def columns(flank: CutFlank, u: FloatArray, lengths: FloatArray, start: FloatArr
     parameters = np.where(exists[:, None], np.moveaxis(solved.reshape(3, *lengths.shape), 0, 1), between)
     flat = np.moveaxis(parameters, 1, 0).reshape(3, -1)
     points = flank.points(flat)
-    _, height = flank.blank.coordinates(np.hypot(points.position[0], points.position[1]), points.position[2])
+    _, height = flank.blank.place(points.position)
     shape = lengths.shape
     # a surface that is not an envelope has no edge of regression
     rate = flank.regression(flat).reshape(shape) if flank.machine.generation.rolls else np.ones(shape)
@@ -104,7 +104,7 @@ def columns(flank: CutFlank, u: FloatArray, lengths: FloatArray, start: FloatArr
         parameters=parameters,
         position=by_row(points.position),
         normal=by_row(points.normal),
-        height=np.real(height).reshape(shape),
+        height=height.reshape(shape),
         regression=rate,
         found=exists,
     )

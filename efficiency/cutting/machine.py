@@ -10,19 +10,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import Annotated, Literal, TypeVar
+from typing import Annotated, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from efficiency.cutting.blank import Length, Shift
-from efficiency.cutting.newton import Array
+from efficiency.cutting.newton import AnyArray, Array
 from ehl.common.arrays import FloatArray
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel
-
-AnyArray = TypeVar("AnyArray", NDArray[np.float64], Array)
-"""Real or complex array."""
 
 
 def turn(vector: AnyArray, angle: AnyArray | float) -> AnyArray:

@@ -1,7 +1,7 @@
 """Newton's method for many small systems at once, with Jacobians by complex step (exact to rounding)."""
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,7 @@ from ehl.common.arrays import FloatArray
 
 # real or complex
 Array = NDArray[np.inexact[Any]]
+AnyArray = TypeVar("AnyArray", NDArray[np.float64], Array)
 
 _STEP = 1e-30
 _STALLED = 4

@@ -132,12 +132,6 @@ class MisalignmentStudy:
             if v.size > 1
         }
 
-    def table(self) -> pandas.DataFrame:
-        """One row per point, SI units, columns by the keys of `MisalignmentPoint.to_dict`."""
-        import pandas
-
-        return pandas.DataFrame([point.to_dict(self.torque is not None) for point in self.points])
-
     def to_dict(self) -> dict[str, object]:
         """Plain numbers and strings for JSON; None where a value could not be computed."""
         loaded = self.torque is not None
@@ -175,7 +169,10 @@ class MisalignmentGrid(StatusOfReason, Reportable):
         """One row per state, SI units."""
         import pandas
 
-        return pandas.concat([study.table().assign(side=study.side) for study in self.studies], ignore_index=True)
+        rows = (
+            [p.to_dict(study.torque is not None) | {"side": study.side} for p in study.points] for study in self.studies
+        )
+        return pandas.concat(map(pandas.DataFrame, rows), ignore_index=True)
 
     def __repr__(self) -> str:
         states = ", ".join(f"{study.side} {len(study.points)} states" for study in self.studies)

@@ -14,7 +14,7 @@ from efficiency.cutting.cutter import FLANK_SIDES, FlankSide
 from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.limits import flank_limits
 from efficiency.design.design import Design
-from ehl.common.arrays import FloatArray, finite_or_none
+from ehl.common.arrays import finite_or_none
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.pages import Reportable, StatusOfReason
 from ehl.common.units import ValueRange
@@ -169,7 +169,7 @@ def side_geometry(design: Design, side: Side, marking: float = MARKING) -> SideG
     surface, path = pair.surface, pair.path
     pattern = pair.pattern(marking)
     per_pitch = 0.5 * (path.pinion_angle.size - 1)
-    roll, relief = _shared_part(pair)
+    roll, relief = surface.patch(*surface.common_points(121, 81), ("roll", "ease_off"))
     middle = path.pinion_angle.size // 2
     du, dh = (value[middle + 1] - value[middle - 1] for value in (path.u, path.height))
     radii = np.concatenate([position.radius_equivalent for position in cycle])
@@ -188,20 +188,6 @@ def side_geometry(design: Design, side: Side, marking: float = MARKING) -> SideG
         notes=_side_notes(pair, pattern),
         seconds=time.perf_counter() - start,
     )
-
-
-def _shared_part(pair: FlankPair) -> tuple[FloatArray, FloatArray]:
-    """Roll angle and ease-off at points both flanks reach."""
-    surface = pair.surface
-    u, v = (
-        grid.ravel()
-        for grid in np.meshgrid(np.linspace(*surface.patch.u_range, 121), np.linspace(*surface.patch.v_range, 81))
-    )
-    inside = surface.margin(u, v) >= 0.0
-    if not inside.any():
-        raise ConvergenceError("no_contact", "the members share no part of the flank")
-    roll, relief = surface.patch(u[inside], v[inside], ("roll", "ease_off"))
-    return roll, relief
 
 
 def _side_notes(pair: FlankPair, pattern: ContactPattern) -> tuple[str, ...]:

@@ -10,21 +10,21 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from efficiency.loss.closed_form import PitchGeometry, buckingham_type, coleman_type
-from efficiency.loss.efficiency import LoadedGrids, solve_balanced
+from efficiency.loss.efficiency import mesh_efficiency
 from efficiency.loss.efficiency_result import EfficiencyResult, LoadBalance, OperatingConditions
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.power_loss import loss_by_region, loss_of
+from efficiency.ltca.mesh_grids import LoadedGrids
 from ehl.common.arrays import finite_or_none
 from ehl.common.data import reason_text
 from ehl.common.pages import Reportable, StatusOfReason
 from ehl.fluid.oil import Oil
-from regression.friction.models import ConstantFriction, FrictionModel
+from regression.friction.models import COLEMAN_FRICTION, ConstantFriction, FrictionModel
 from regression.friction.published_registry import PUBLISHED, model_label
 
 if TYPE_CHECKING:
     import pandas
 
-COLEMAN_FRICTION = 0.05
 DEFAULT_MODELS = (
     *("constant:0.05", "xu_kahraman_2007", "benedict_kelley_1961", "schlenk_1994", "arana_2019"),
     *("ehl:smooth", "ehl"),
@@ -119,39 +119,38 @@ def compare_models(
     models: Sequence[FrictionModel],
     oil: Oil,
     operation: Operation,
-    pitch: PitchGeometry | None = None,
-    load_balance: LoadBalance = "frictional",
+    pitch: PitchGeometry,
+    load_balance: LoadBalance,
 ) -> Comparison:
     """Efficiency of a loaded mesh with each friction model, with a fitted constant, and by closed forms.
 
     The fitted constant is the `friction_coefficient_mean` of the reference at this operating point. It gives the same
-    loss as the reference without friction in the balance, and nearly the same with it. The closed forms need ``pitch``
-    and use Coleman's constant 0.05 and the fitted one.
+    loss as the reference without friction in the balance, and nearly the same with it. The closed forms
+    use Coleman's constant 0.05 and the fitted one.
 
     loaded: geometry and load, the same for all models.
     operation: speed, oil temperature, roughness.
     pitch: pitch-point data of the pair.
     """
-    results = [solve_balanced(loaded, model, oil, operation, load_balance) for model in models]
+    results = [mesh_efficiency(loaded, model, oil, operation, load_balance) for model in models]
     names = [result.friction_model for result in results]
     reference = _reference(results)
     if reference is not None:
         fitted = ConstantFriction(reference.friction_coefficient_mean)
-        results.append(solve_balanced(loaded, fitted, oil, operation, load_balance))
+        results.append(mesh_efficiency(loaded, fitted, oil, operation, load_balance))
         names.append(f"{fitted.name}, fitted to {reference.friction_model}")
     rows = []
     for name, result in zip(names, results, strict=True):
         own = {f.name: getattr(result, f.name) for f in fields(ComparisonRow) if hasattr(result, f.name)}
         regions = tuple(tuple(map(float, row)) for row in loss_by_region(result))
         rows.append(ComparisonRow(name, "mesh", loss_regions=regions, **own))
-    if pitch is not None:
-        constants = [COLEMAN_FRICTION] + ([reference.friction_coefficient_mean] if reference is not None else [])
-        for label, form in (("Coleman-type", coleman_type), ("Buckingham-type", buckingham_type)):
-            for mu in constants:
-                name = f"{label} (this work)" + ("" if mu == COLEMAN_FRICTION else f", mu {mu:.4g}")
-                eta = form(pitch, mu, operation.driver)
-                loss = loss_of(eta, loaded.fine.torque, operation.speed, operation.driver)
-                rows.append(ComparisonRow(name, "closed form", eta, power_loss=loss, friction_coefficient_mean=mu))
+    constants = [COLEMAN_FRICTION] + ([reference.friction_coefficient_mean] if reference is not None else [])
+    for label, form in (("Coleman-type", coleman_type), ("Buckingham-type", buckingham_type)):
+        for mu in constants:
+            name = f"{label} (this work)" + ("" if mu == COLEMAN_FRICTION else f", mu {mu:.4g}")
+            eta = form(pitch, mu, operation.driver)
+            loss = loss_of(eta, loaded.fine.torque, operation.speed, operation.driver)
+            rows.append(ComparisonRow(name, "closed form", eta, power_loss=loss, friction_coefficient_mean=mu))
     named = reference.friction_model if reference is not None else ""
     found = Comparison(loaded.mesh.design, loaded.mesh.side, results[0].conditions, tuple(rows), tuple(results), named)
     base = found.base.power_loss if found.base is not None else math.nan

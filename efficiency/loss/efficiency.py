@@ -36,9 +36,7 @@ from efficiency.loss.power_loss import efficiency_of, position_losses, rolling_l
 from efficiency.loss.uncertainty import stand_in
 from efficiency.ltca.limits import edges_yield, points_above_hardness
 from efficiency.ltca.load_distribution import LoadDistribution
-from efficiency.ltca.mesh_grids import LoadedGrids as LoadedGrids
-from efficiency.ltca.mesh_grids import MeshGrids as MeshGrids
-from efficiency.ltca.mesh_grids import load_grids as load_grids
+from efficiency.ltca.mesh_grids import LoadedGrids
 from efficiency.ltca.tangent_load import TangentLoad
 from ehl.common.arrays import BoolArray, FloatArray
 from ehl.common.data import data_path, reason_text
@@ -85,17 +83,25 @@ def solve_friction(runs: Sequence[Run[T]], friction: FrictionModel, oil: Oil) ->
     return solve_together(runs, friction, oil, formula)
 
 
-def mesh_efficiency(loaded: LoadedGrids, friction: FrictionModel, oil: Oil, operation: Operation) -> EfficiencyResult:
+def mesh_efficiency(
+    loaded: LoadedGrids,
+    friction: FrictionModel,
+    oil: Oil,
+    operation: Operation,
+    load_balance: LoadBalance = "frictionless",
+) -> EfficiencyResult:
     """Friction, power loss and efficiency of a loaded mesh.
 
-    loaded: from `load_grids`, or from `balance_friction` for the same friction and operation.
+    loaded: from `load_grids`.
     friction: friction model; solved contacts of the fine grid are also used for the coarse grid.
     operation: speed, oil temperature and roughness.
+    load_balance: forces in the torque balance: normal and friction forces, or only the normal forces.
     Returns: status ``failed`` if the load did not converge, if the pressure exceeds the hardness of the softer member,
-    or if the friction model has no value at a loaded point. Then efficiency and loss are nan, while load and pressure
-    are those of elastic teeth.
+    if friction exceeds the torque, or if the friction model has no value at a loaded point. Then efficiency and loss
+    are nan, while load and pressure are those of elastic teeth.
     """
-    return solve_friction([_mesh_efficiency(loaded, friction, oil, operation)], friction, oil)[0]
+    run = balanced_efficiency(loaded, friction, oil, operation, load_balance)
+    return solve_friction([run], friction, oil)[0]
 
 
 def _mesh_efficiency(
@@ -217,34 +223,19 @@ def _mesh_efficiency(
     return replace(found, **_UNKNOWN) if reason else found
 
 
-def solve_balanced(
-    loaded: LoadedGrids,
-    friction: FrictionModel,
-    oil: Oil,
-    operation: Operation,
-    load_balance: LoadBalance = "frictional",
-    *,
-    many: bool = False,
-) -> EfficiencyResult:
-    """Efficiency of a mesh with friction in the torque balance, or with only the normal forces.
-
-    many: for one of many points, such as of a map: faster, with a larger stated error of the balance.
-    Returns: status ``failed``, reason ``self_locking`` and an efficiency of nan if friction exceeds the torque.
-    """
-    run = balanced_efficiency(loaded, friction, oil, operation, load_balance, many=many)
-    return solve_friction([run], friction, oil)[0]
-
-
 def balanced_efficiency(
     loaded: LoadedGrids,
     friction: FrictionModel,
     oil: Oil,
     operation: Operation,
-    load_balance: LoadBalance = "frictional",
+    load_balance: LoadBalance,
     *,
     many: bool = False,
 ) -> Run[EfficiencyResult]:
-    """`solve_balanced` as a run of `solve_friction`."""
+    """`mesh_efficiency` as a run of `solve_friction`.
+
+    many: for one of many points, such as of a map: faster, with a larger stated error of the balance.
+    """
     if load_balance == "frictionless" or loaded.coarse.reason:
         return (yield from _mesh_efficiency(loaded, friction, oil, operation))
     try:

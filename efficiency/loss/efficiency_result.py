@@ -346,9 +346,7 @@ class EfficiencyResult(Reportable):
         """
         from efficiency.loss.uncertainty import efficiency_uncertainty
 
-        case, torque = self.case, self.conditions.torque
-        at = self.points, self.friction, case.card, case.operation, self.power_loss, torque
-        return efficiency_uncertainty(case.model, *at, spreads, level, solved=solved)
+        return efficiency_uncertainty(self, spreads, level, solved=solved)
 
     def with_inputs(self, inputs: InputUncertainty) -> EfficiencyResult:
         """The result with another input uncertainty from `uncertainty`."""

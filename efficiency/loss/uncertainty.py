@@ -10,23 +10,26 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from efficiency.loss.contact_sample import coordinates, nearest, spread, worth_solving
-from efficiency.loss.kinematics import LoadedPoints, Operation
+from efficiency.loss.kinematics import LoadedPoints
 from efficiency.loss.lubrication import bulk_spread
 from efficiency.loss.power_loss import efficiency_of
 from ehl.common.arrays import FloatArray
 from ehl.common.runner import run_tasks
 from ehl.fluid.oil import Oil
 from ehl.state import ContactState
-from ehl.uncertainty.result import LEVEL, Change, InputUncertainty, Together
+from ehl.uncertainty.result import Change, InputUncertainty, Together
 from ehl.uncertainty.spread import UncertaintyInput
 from regression.formula import ANY_OIL, Formula, shipped_formulas
 from regression.friction.models import FrictionEstimate, FrictionModel
 from regression.friction.uncertainty import FORMULA, Case, FrictionChanges, friction_changes, friction_of, missing
+
+if TYPE_CHECKING:
+    from efficiency.loss.efficiency_result import EfficiencyResult
 
 # maximum number of contact points that represent a mesh
 POINTS = 250
@@ -118,32 +121,15 @@ def _friction_of_case(case: Case) -> FloatArray:
 
 
 def efficiency_uncertainty(
-    model: FrictionModel,
-    points: LoadedPoints,
-    friction: FrictionEstimate,
-    oil: Oil,
-    operation: Operation,
-    power_loss: float,
-    torque: float,
-    spreads: UncertaintyInput | None = None,
-    level: float = LEVEL,
-    *,
-    solved: bool = False,
+    result: EfficiencyResult, spreads: UncertaintyInput | None, level: float, *, solved: bool
 ) -> InputUncertainty:
-    """Interval of the efficiency from the uncertainty of the inputs.
-
-    model, points, friction, oil, operation: friction model, loaded points and their friction, oil card, operation.
-    power_loss, torque: [W], [N m].
-    spreads: spreads that replace those of the operation.
-    level: probability of the interval [-].
-    solved: for a model with solved contacts: solve some at both ends of every input instead of using a formula.
-    Raises `InputError` if the level is not between 0 and 1.
-    """
+    """Interval of the efficiency from the uncertainty of the inputs; arguments of `EfficiencyResult.uncertainty`."""
+    model, oil, operation, points = result.case.model, result.case.card, result.case.operation, result.points
     warm, spreads = operation.temperature_inlet is not None, operation.uncertainty if spreads is None else spreads
     spreads = spreads.with_surface_of(operation.uncertainty)
     if operation.temperature_inlet is not None:
         spreads = spreads.of_bulk(bulk_spread(operation.temperature_inlet - operation.temperature))
-    sample = LossSample.of(points, friction)
+    sample = LossSample.of(points, result.friction)
     state = sample.state
     if solved and model.solves_contacts:
         each, together, slopes = _solved_changes(model, points, oil, spreads, level, warm)
@@ -158,7 +144,7 @@ def efficiency_uncertainty(
         each, together, slopes = sample.changes(friction_changes(model, state, oil, spreads, level, warm_inlet=warm))
 
     def figure(ln: float) -> float:
-        loss = power_loss * math.exp(ln)
-        return efficiency_of(loss, torque, operation.speed, operation.driver)
+        loss = result.power_loss * math.exp(ln)
+        return efficiency_of(loss, result.conditions.torque, operation.speed, operation.driver)
 
     return InputUncertainty.of("efficiency", figure(0.0), each, figure, level, missing(model), together, slopes)

@@ -26,6 +26,7 @@ Reason = Literal["", "newton_limit", "active_set_limit"]
 TOLERANCE = 1e-11
 NEWTON_LIMIT = 60
 _FLOOR = 1e-13
+_EXCHANGES = 40  # of a primal-dual active set
 
 
 @dataclass(frozen=True)
@@ -59,37 +60,20 @@ class Equilibrium:
 
 @dataclass(frozen=True)
 class EquilibriumProblem:
-    """One contact problem without its local compliance; attributes as the arguments of `solve_equilibrium`.
+    """One contact problem without its local compliance."""
 
-    `start` is an estimate of the forces, such as those at a similar torque.
-    """
-
-    compliance: FloatArray
-    gap: FloatArray
-    lever: FloatArray
-    torque: float
-    start: FloatArray | None = None
+    compliance: FloatArray  # (n, n) C [m/N]
+    gap: FloatArray  # (n,) unloaded separation, at least 0 [m]
+    lever: FloatArray  # (n,) lever arm of each normal force [m], positive
+    torque: float  # to be carried [N m], positive
+    start: FloatArray | None = None  # estimate of the forces, such as those at a similar torque
 
 
-def solve_equilibrium(
-    compliance: FloatArray, local: Local, gap: FloatArray, lever: FloatArray, torque: float
-) -> Equilibrium:
-    """Forces and approach of one mesh position.
+def solve_equilibrium(problems: Sequence[EquilibriumProblem], local: Local) -> list[Equilibrium]:
+    """Forces and approach of mesh positions, independent problems with parallel Newton steps.
 
-    compliance (n, n): C [m/N].
-    local: local deflection and its derivative from the forces.
-    gap, lever (n,): unloaded separation, at least 0 [m], and lever arm of each normal force [m], positive.
-    torque: torque to be carried [N m], positive.
-    A failure is reported by ``status``; it does not raise an error.
-    """
-    return solve_equilibria([EquilibriumProblem(compliance, gap, lever, torque)], local)[0]
-
-
-def solve_equilibria(problems: Sequence[EquilibriumProblem], local: Local) -> list[Equilibrium]:
-    """Several problems with parallel Newton steps.
-
-    problems: independent problems.
     local: local deflection and its derivative from the forces of all problems, concatenated.
+    A failure is reported by ``status``; it does not raise an error.
     """
     parts = np.split(np.arange(sum(p.gap.size for p in problems)), np.cumsum([p.gap.size for p in problems])[:-1])
     runs = [_newton(problem) for problem in problems]
@@ -206,10 +190,10 @@ def _linear(
 
 
 def _primal_dual(
-    matrix: FloatArray, offset: FloatArray, lever: FloatArray, torque: float, active: BoolArray, limit: int = 40
+    matrix: FloatArray, offset: FloatArray, lever: FloatArray, torque: float, active: BoolArray
 ) -> _Solution | None:
     """All points in tension leave and all penetrating points enter at once; None without convergence."""
-    for count in range(1, limit + 1):
+    for count in range(1, _EXCHANGES + 1):
         force, angle, stiffness, rate = _linear(matrix, offset, lever, torque, active)
         following = np.where(active, force > 0.0, matrix @ force + offset < lever * angle)
         if following.tobytes() == active.tobytes():

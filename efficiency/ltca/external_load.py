@@ -218,10 +218,8 @@ def _places(
         u = columns["face_gear"] - 0.5 * blank.face_width
         height = columns["height_gear"] + blank.root(u)
     else:
-        z = columns["z"] - surface.assembly.G
-        along, over = blank.coordinates(np.hypot(columns["x"], columns["y"]), z)
-        u, height = np.real(along), np.real(over)
-    v = surface.fraction(u, height)
+        u, height = blank.place(np.stack([columns["x"], columns["y"], columns["z"] - surface.assembly.G]))
+    v = blank.fraction(u, height)
     margin = surface.margin(u, v)
     if margin.min() < -_BEYOND:
         worst = int(np.argmin(margin))

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from efficiency.contact.contact_lines import EdgeProximity, MeshPosition
 from efficiency.contact.mesh_surface import EDGES
 from efficiency.ltca.edge_contact import EdgeSection, free_edge_compliance
-from efficiency.ltca.equilibrium import Equilibrium, EquilibriumProblem, solve_equilibria
+from efficiency.ltca.equilibrium import Equilibrium, EquilibriumProblem, solve_equilibrium
 from efficiency.ltca.solid_tooth import SolidTooth
 from ehl.common.arrays import BoolArray, FloatArray, IntArray
 from ehl.common.errors import InputError
@@ -333,7 +333,7 @@ def distribute_load(
         for e, torque, start in zip(cycle, torques, starts, strict=True)
     ]
     law = LocalApproach.joined([e.approach for e in cycle])
-    solutions = solve_equilibria(problems, law)
+    solutions = solve_equilibrium(problems, law)
     angles = np.array([solution.angle for solution in solutions])
     ratios = np.array([float(np.mean(e.position.lever_pinion / e.position.lever_gear)) for e in cycle])
     errors = np.array([e.position.transmission_error for e in cycle]) - angles * ratios

@@ -165,17 +165,12 @@ def friction_arm(position: MeshPosition, axis: Axis) -> FloatArray:
     The sign is that of the levers of the normal force: positive if friction on the pinion increases the required
     torque, and if friction on the gear increases the delivered torque. A driving gear reverses the friction.
     """
-    along, across = position.sliding_along[:, None], position.sliding_across[:, None]
-    sliding = along * position.along + across * position.across
-    speed = np.linalg.norm(sliding, axis=1)
-    # at the pitch line friction has no direction and no work
-    force = sliding / np.where(speed > 0.0, speed, 1.0)[:, None]
     arm = position.position - axis.origin
 
     def turning(direction: FloatArray) -> FloatArray:
         return np.asarray(np.cross(arm, direction) @ axis.direction)
 
-    return turning(force) * np.sign(turning(position.normal))
+    return turning(position.sliding_direction) * np.sign(turning(position.normal))
 
 
 def loaded_share(load: LoadDistribution) -> float:

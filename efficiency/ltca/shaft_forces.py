@@ -80,11 +80,7 @@ def shaft_wrenches(
     arms, vectors = (np.concatenate([getattr(p, name) for p in cycle])[at] for name in ("position", "normal"))
     force, arms = load.loaded["force"], arms - axis.origin
     if friction is not None:
-        along, across = (np.concatenate([getattr(p, name) for p in cycle])[at] for name in ("along", "across"))
-        sliding = load.loaded["sliding_along"][:, None] * along + load.loaded["sliding_across"][:, None] * across
-        speed = np.linalg.norm(sliding, axis=1)
-        # at the pitch line friction has no direction
-        vectors = vectors + (friction / np.where(speed > 0.0, speed, 1.0))[:, None] * sliding
+        vectors = vectors + friction[:, None] * np.concatenate([p.sliding_direction for p in cycle])[at]
     direction = axis.direction
     first = np.eye(3)[int(np.argmin(np.abs(direction)))]
     first = first - direction * (first @ direction)

@@ -24,7 +24,7 @@ from efficiency.contact.conjugate import read_ease_off_map
 from efficiency.contact.ease_off import ConjugatePoints, conjugate_points
 from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import CutFlank
-from efficiency.cutting.machine import dot, spin, turn
+from efficiency.cutting.machine import dot, turn
 from efficiency.machine_settings import generating
 from efficiency.machine_settings.fit import (
     FitParameter,
@@ -206,8 +206,8 @@ class ConjugateFlankStart:
 
 def _reach(pair: PairDimensions) -> float:
     """Distance of both tip planes: gear dedendum and pinion dedendum at the mean point [m]."""
-    gear, pinion = pair.dedendum_gear, pair.dedendum_pinion
-    return float(gear * np.cos(pair.gear.dedendum_angle) + pinion * np.cos(pair.pinion.dedendum_angle))
+    members = pair.blank.gear, pair.blank.pinion
+    return float(sum(member.mean_dedendum * np.cos(member.dedendum_angle) for member in members))
 
 
 def conjugate_start(pair: PairDimensions, gear: GearCut, side: FlankSide, grid: FitGrid) -> ConjugateFlankStart:
@@ -227,7 +227,7 @@ def conjugate_start(pair: PairDimensions, gear: GearCut, side: FlankSide, grid: 
     machine = pose.machine(1.0 / screw.rate, -screw.pitch)
     angle = cut.blade.blade_angle
     zero = pose.cutter_turn - gear.tool_angle
-    depth = pair.dedendum_pinion * float(np.cos(pair.pinion.dedendum_angle))
+    depth = pair.blank.pinion.mean_dedendum * float(np.cos(pair.pinion.dedendum_angle))
     radius, height = pair.process.conjugate_reference(cut.blade, reach, depth)
     blade = replace(
         cut.blade,
@@ -265,23 +265,14 @@ def target_flank(
     conjugate = start.points
     phase = start.phase
     if thinning:
-        point, facing, _ = flank.sweep(parameters)
-        spun = spin(np.real(point))
-        rate = np.median(dot(np.real(facing), spun) / dot(np.real(facing), turn(conjugate.normal, -phase)))
+        points = flank.points(parameters)
+        rate = np.median(points.lever / dot(points.normal, turn(conjugate.normal, -phase)))
         phase -= float(np.sign(rate)) * thinning
-    root: RootLine | None = root_line(pair, conjugate.position, parameters, root_weight)
-    if root is not None and not np.isfinite(root.cut(flank).error).all():
-        root = None
+    place = pair.pinion.place(conjugate.position)
+    stations = _STATIONS * pair.pinion.face_width
+    line = RootLine.of_blank(pair.pinion, stations, root_weight, *place, parameters)
+    root = line if np.isfinite(line.cut(flank).error).all() else None
     return TargetFlank(flank, phase, conjugate.position, conjugate.normal, relief, parameters, root)
-
-
-def root_line(pair: PairDimensions, position: FloatArray, parameters: FloatArray, weight: float) -> RootLine:
-    """Root of the blank at toe, middle and heel of the pinion; the search starts from the nearest flank points."""
-    blank = pair.pinion
-    u, h = blank.coordinates(np.hypot(position[0], position[1]), position[2])
-    stations = _STATIONS * blank.face_width
-    nearest = [int(np.argmin((u - at) ** 2 + (h - blank.root(np.array([at]))[0]) ** 2)) for at in stations]
-    return RootLine(stations, blank.root(stations), weight, parameters[1:, nearest])
 
 
 def backlash_angle(pair: PairDimensions) -> float:

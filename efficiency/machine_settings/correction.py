@@ -21,8 +21,8 @@ from efficiency.contact.gear_flanks import Member
 from efficiency.contact.grid_flank import PointGrid, read_point_grid
 from efficiency.contact.measured_flank import MeasuredFlank, measured_flank
 from efficiency.cutting.cutter import FLANK_SIDES, FlankSide
-from efficiency.cutting.flank import CutFlank
-from efficiency.cutting.machine import ANGLE_STEP, LENGTH_STEP, MachineSettings, dot, spin
+from efficiency.cutting.flank import CutFlank, FlankPoints
+from efficiency.cutting.machine import ANGLE_STEP, LENGTH_STEP, MachineSettings
 from efficiency.design.design import Design, MemberInput, load_design
 from efficiency.machine_settings.design_file import machine_tables
 from efficiency.machine_settings.fit import FitParameter, RootLine, motion, with_setting
@@ -151,9 +151,7 @@ class _Side:
     measured: MeasuredFlank
     u: FloatArray
     h: FloatArray
-    parameters: FloatArray
-    lever: FloatArray
-    azimuth: FloatArray
+    points: FlankPoints  # of the nominal flank
     root: RootLine | None
 
     def change(self, corrected: CutFlank) -> FloatArray:
@@ -161,8 +159,8 @@ class _Side:
         points, found = corrected.solve(self.u, self.h)
         if not found.all():
             raise ConvergenceError("undercut", f"the corrected {self.side} flank does not reach all measured points")
-        turned = np.arctan2(points.position[1], points.position[0]) - self.azimuth
-        return np.asarray(np.angle(np.exp(1j * turned)) * self.lever)
+        turned = points.azimuth - self.points.azimuth
+        return np.asarray(np.angle(np.exp(1j * turned)) * self.points.lever)
 
 
 @one_thread
@@ -264,17 +262,15 @@ def _side(design: Design, member: Member, grid: PointGrid, error: float) -> _Sid
     u = 0.5 * blank.face_width * measured.place[0]
     h = blank.height(u, 0.5 * (measured.place[1] + 1.0))
     points, _ = flank.solve(u, h)
-    (x, y, _), (nx, ny, _) = points.position, points.normal
     root = None
     if flank.machine.generation.rolls:
         stations = np.array([-0.4, 0.0, 0.4]) * blank.face_width
-        nearest = [int(np.argmin((u - at) ** 2 + (h - float(blank.root(np.array([at]))[0])) ** 2)) for at in stations]
-        line = RootLine(stations, np.zeros(3), 1.0, points.parameters[1:, nearest])
+        line = RootLine.of_blank(blank, stations, 1.0, u, h, points.parameters)
         state = line.cut(flank)
         if np.isfinite(state.error).all():
             # the root is to keep its height
-            root = replace(line, height=state.error)
-    return _Side(side, flank, measured, u, h, points.parameters, x * ny - y * nx, np.arctan2(y, x), root)
+            root = replace(line, height=line.height + state.error)
+    return _Side(side, flank, measured, u, h, points, root)
 
 
 def _parameters(flank: CutFlank, order: Order) -> list[FitParameter]:
@@ -302,18 +298,17 @@ def _solve(
     count = len(parameters)
     blocks: list[FloatArray] = []
     for k, item in enumerate(group):
-        point, normal, _ = item.nominal.sweep(item.parameters)
         sigma = max(error, item.measured.scatter)
         columns, roots = [], []
         state = None if item.root is None else item.root.cut(item.nominal)
         for parameter in parameters:
-            way, root = motion(item.nominal, parameter, np.real(normal), item.parameters, state)
+            way, root = motion(item.nominal, parameter, item.points.normal, item.points.parameters, state)
             columns.append(way * parameter.scale / sigma)
             if state is not None:
                 roots.append(root * parameter.scale / _ROOT)
         block = np.zeros((item.u.size, count + len(group)))
         block[:, :count] = np.stack(columns, axis=1)
-        block[:, count + k] = dot(np.real(normal), spin(np.real(point))) / sigma
+        block[:, count + k] = item.points.lever / sigma
         blocks.append(block)
         if roots:
             rows = np.zeros((3, count + len(group)))
@@ -342,8 +337,8 @@ def _solve(
 
 
 def _deviation(item: _Side, part: str, values: FloatArray) -> FlankDeviation:
-    x, y = item.measured.place
-    terms = np.stack([np.ones_like(x), x, y, x * x, y * y, x * y, item.lever / np.abs(item.lever).mean()], axis=1)
+    (x, y), lever = item.measured.place, item.points.lever
+    terms = np.stack([np.ones_like(x), x, y, x * x, y * y, x * y, lever / np.abs(lever).mean()], axis=1)
     # a rotation about the axis is not a deviation of form
     left = values - terms[:, [-1]] @ np.linalg.lstsq(terms[:, [-1]], values, rcond=None)[0]
     found = np.linalg.lstsq(terms[:, :6], left, rcond=None)[0]

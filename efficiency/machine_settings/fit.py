@@ -12,6 +12,8 @@ By the envelope theorem the height changes with a setting as it does at fixed (t
 times the change of u.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
@@ -35,8 +37,9 @@ def _linearised(flank: CutFlank, y: FloatArray) -> tuple[FloatArray, FloatArray]
     by = np.moveaxis(slope[:, :3, 1:], 0, -1)
     outwards = (state[0] * by[0] + state[1] * by[1]) / radius
     c, s = np.cos(flank.blank.pitch_angle), np.sin(flank.blank.pitch_angle)
-    value = np.stack(flank.blank.coordinates(radius, state[2]))
-    return np.real(value), np.stack([outwards * s + by[2] * c, outwards * c - by[2] * s])
+    return np.stack(flank.blank.coordinates(radius, state[2])), np.stack(
+        [outwards * s + by[2] * c, outwards * c - by[2] * s]
+    )
 
 
 @dataclass(frozen=True)
@@ -68,6 +71,15 @@ class RootLine:
     height: FloatArray  # target height of the root [m]
     weight: float  # residual per error of the root, [m/m]
     start: FloatArray  # cutter angle and cradle roll near the root points
+
+    @classmethod
+    def of_blank(
+        cls, blank: Blank, stations: FloatArray, weight: float, u: FloatArray, h: FloatArray, parameters: FloatArray
+    ) -> RootLine:
+        """Root of the blank at stations [m]; the search starts from the nearest flank points, cutting parameters."""
+        root = blank.root(stations)
+        nearest = np.argmin((u - stations[:, None]) ** 2 + (h - root[:, None]) ** 2, axis=1)
+        return cls(stations, root, weight, parameters[1:, nearest])
 
     def cut(self, flank: CutFlank, previous: RootState | None = None) -> RootState:
         """The root cut by the blade of a flank."""
@@ -168,6 +180,11 @@ class FittedFlank:
     residual: FloatArray  # relief minus target [m]
     found: BoolArray  # false where the flank does not exist (undercut)
     root: RootState | None
+
+    @property
+    def outwards(self) -> float:
+        """Sign of a rotation about the axis along the outward normal of the flank; the opposite one thins the tooth."""
+        return float(np.sign(np.median(self.flank.points(self.parameters[:, self.found]).lever)))
 
     @property
     def root_error(self) -> FloatArray:

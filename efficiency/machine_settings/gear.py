@@ -29,7 +29,7 @@ from efficiency.machine_settings.generating import (
     share_of_root_angle,
 )
 from ehl.common.arrays import FloatArray
-from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.errors import ConvergenceError
 
 
 @dataclass(frozen=True)
@@ -70,11 +70,6 @@ class PairDimensions:
         """Distance of the calculation point of the gear from the middle of the face towards the heel [m]."""
         return -self.blank.gear.middle_shift
 
-    @property
-    def spiral_gear(self) -> float:
-        """Mean spiral angle of the gear [rad]."""
-        return self.blank.gear.mean_spiral_angle
-
     def pressure(self, side: FlankSide) -> float:
         """Normal pressure angle of a gear flank [rad]."""
         return self.blank.pressure_angle_coast if side == "concave" else self.blank.pressure_angle_drive
@@ -86,32 +81,11 @@ class PairDimensions:
         return float(radius[0]), float(z[0])
 
     @property
-    def dedendum_gear(self) -> float:
-        """Dedendum of the gear at the calculation point [m]."""
-        return -float(self.gear.root(np.array([self.calculation_gear]))[0])
-
-    @property
-    def dedendum_pinion(self) -> float:
-        """Dedendum of the pinion at the calculation point [m]."""
-        return -float(self.pinion.root(np.array([-self.blank.pinion.middle_shift]))[0])
-
-    @property
     def slot_angle(self) -> float:
         """Angular width of a gear slot at the calculation point [rad]."""
         radius = self.point_gear[0]
         thickness = self.blank.gear.mean_normal_thickness
-        return float(2.0 * np.pi / self.gear.teeth - thickness / (radius * np.cos(self.spiral_gear)))
-
-    @property
-    def lead_angle(self) -> float:
-        """nu of face hobbing: sin nu = z0 m_mn/(2 rc0) [rad]; 0 for face milling."""
-        module = 2.0 * self.point_gear[0] * np.cos(self.spiral_gear) / self.gear.teeth
-        groups, radius = self.blank.blade_groups or 0, self.blank.cutter_radius
-        sine = groups * module / (2.0 * radius)
-        if sine >= 1.0:
-            allowed = f"above {radius * sine * 1e3:.5g} mm with {groups} blade groups"
-            raise InputError("cutter_radius", f"{radius * 1e3:.5g} mm", allowed)
-        return float(np.arcsin(sine))
+        return float(2.0 * np.pi / self.gear.teeth - thickness / (radius * np.cos(self.blank.gear.mean_spiral_angle)))
 
 
 @dataclass(frozen=True)
@@ -149,8 +123,8 @@ def _tool(pair: PairDimensions, shift: float) -> tuple[ToolPose, float]:
     root = blank.pitch_angle - blank.dedendum_angle
     axes = np.array([[np.sin(root), 0.0, -np.cos(root)], [0.0, 1.0, 0.0], [np.cos(root), 0.0, np.sin(root)]])
     radius, z = pair.point_gear
-    foot = np.array([radius, 0.0, z]) + pair.dedendum_gear * np.cos(blank.dedendum_angle) * axes[:, 2]
-    along, rc = pair.spiral_gear - pair.lead_angle, pair.blank.cutter_radius
+    foot = np.array([radius, 0.0, z]) + pair.blank.gear.mean_dedendum * np.cos(blank.dedendum_angle) * axes[:, 2]
+    along, rc = pair.blank.gear.mean_spiral_angle - pair.blank.cutter_lead_angle, pair.blank.cutter_radius
     centre = foot + axes @ np.array([shift - rc * np.sin(along), hand * rc * np.cos(along), 0.0])
     return ToolPose(centre, axes), float(np.arctan2(-hand * np.cos(along), np.sin(along)))
 
@@ -203,9 +177,9 @@ def _hobbed(pair: PairDimensions) -> GearCut:
                 pair.blank.cutter_radius,
                 pair.pressure(side),
                 side,
-                reference_height=pair.dedendum_gear,
+                reference_height=pair.blank.gear.mean_dedendum,
                 groups=pair.blank.blade_groups or 0,
-                offset_angle=pair.hand_gear * pair.lead_angle,
+                offset_angle=pair.hand_gear * pair.blank.cutter_lead_angle,
                 phase=-ahead / index,
             )
         )
@@ -215,12 +189,12 @@ def _hobbed(pair: PairDimensions) -> GearCut:
 
 def _milled(pair: PairDimensions) -> GearCut:
     """Point radii, blade angles and cutter position by Newton's method for the calculation point of both flanks."""
-    depth, radius = pair.dedendum_gear, pair.point_gear[0]
+    depth, radius, mean_spiral = pair.blank.gear.mean_dedendum, pair.point_gear[0], pair.blank.gear.mean_spiral_angle
     place = np.array([pair.calculation_gear]), np.zeros(1)
-    width = pair.slot_angle * radius * np.cos(pair.spiral_gear)
+    width = pair.slot_angle * radius * np.cos(mean_spiral)
     width -= depth * (np.tan(pair.pressure("concave")) + np.tan(pair.pressure("convex")))
     scale = np.array([1e-3, 1e-3, 0.01, 0.01, 1e-3])
-    taper = pair.gear.dedendum_angle * np.sin(pair.spiral_gear) * pair.generation.rolls
+    taper = pair.gear.dedendum_angle * np.sin(mean_spiral) * pair.generation.rolls
     radii = pair.blank.cutter_radius + 0.5 * width, pair.blank.cutter_radius - 0.5 * width
     x = np.array([*radii, pair.pressure("concave") - taper, pair.pressure("convex") + taper, 0.0])
 
@@ -245,7 +219,7 @@ def _milled(pair: PairDimensions) -> GearCut:
                 (slot - pair.slot_angle) * radius / 1e-3,
                 (pressure[0] - pair.pressure("concave")) / 0.01,
                 (pressure[1] - pair.pressure("convex")) / 0.01,
-                (0.5 * (spiral[0] + spiral[1]) - pair.spiral_gear) / 0.01,
+                (0.5 * (spiral[0] + spiral[1]) - mean_spiral) / 0.01,
                 (0.5 * (x[0] + x[1]) - pair.blank.cutter_radius) / 1e-3,
             ]
         )

@@ -15,7 +15,6 @@ from efficiency.contact.flank_pair import flank_pair
 from efficiency.contact.gear_flanks import Side
 from efficiency.cutting.cutter import FLANK_SIDES, FlankSide
 from efficiency.cutting.flank import CutFlank
-from efficiency.cutting.machine import dot, spin
 from efficiency.cutting.process import MODIFIED, MOTIONS, PLAIN, PROCESSES
 from efficiency.design.design import Design
 from efficiency.machine_settings import conjugate
@@ -242,25 +241,13 @@ def _design(
         pinion = {side: ease_off_table(inputs.targets.of(side), scale[side]) for side in FLANK_SIDES}
     else:
         # blade phases of both flanks from their mean rotation; the backlash is removed from the pinion tooth
-        back = _backlash_turns(pair, fitted)
+        back = {side: fitted[side].outwards * conjugate.backlash_angle(pair) for side in FLANK_SIDES}
         middle = 0.5 * sum(fitted[side].phase for side in FLANK_SIDES)
         pinion = {
             side: written_flank(fitted[side].flank, fitted[side].phase - middle - back[side]) for side in FLANK_SIDES
         }
     text = design_text(inputs, pair.blank, pinion, cut_flanks, header(inputs, fitted))
     return text, validate(Design, tomllib.loads(text))
-
-
-def _backlash_turns(pair: PairDimensions, fitted: dict[FlankSide, FittedFlank]) -> dict[FlankSide, float]:
-    """Rotation of each flank from contact on both sides into its tooth [rad]."""
-    turns: dict[FlankSide, float] = {}
-    for side in FLANK_SIDES:
-        flank = fitted[side]
-        points = flank.flank.points(flank.parameters[:, flank.found])
-        spun = spin(points.position)
-        # rotation against the outward normal thins the tooth
-        turns[side] = float(np.sign(np.median(dot(points.normal, spun)))) * conjugate.backlash_angle(pair)
-    return turns
 
 
 def unloaded_mesh(design: Design, side: Side, fitted: FittedFlank) -> Transmission | None:

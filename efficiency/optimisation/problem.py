@@ -11,6 +11,7 @@ from typing import Any, Literal
 import numpy as np
 
 from efficiency.blanks.inputs import DepthTypeTwo, PairBlankInput, PressureAngles
+from efficiency.conditions.conditions import level_quantity
 from efficiency.conditions.duty import DutyRow
 from efficiency.design.design import Misalignment
 from efficiency.machine_settings.inputs import FlankTarget, MemberTargets, SettingsInput, Targets
@@ -482,11 +483,10 @@ def _within(value: float, allowed: ValueRange) -> float:
 
 def state_text(state: Mapping[str, float]) -> str:
     """Misalignment and manufacturing errors of the ease-off in words."""
-    known = quantities()
 
     def one(name: str, value: float) -> str:
         if name in _SHIFTS:
-            return f"{name} {known[f'misalignment.{name}'].text(value)}"
+            return f"{name} {level_quantity(name).text(value)}"
         return f"{variable_quantity(name).label} {'+' if value > 0.0 else ''}{variable_quantity(name).text(value)}"
 
     moved = [one(name, value) for name, value in state.items() if value]

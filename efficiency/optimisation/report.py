@@ -23,6 +23,7 @@ from efficiency.output.flank_map import FlankMap
 from efficiency.output.gear_report import SPIN
 from efficiency.output.plots_flank import LOSS, PRESSURE, contact_figure, field_figure, field_values
 from efficiency.output.plots_load import plot_transmission_error
+from efficiency.output.tables import timing
 from efficiency.pair import GearPair
 from ehl.common.data import reason_text
 from ehl.common.figures import BLUE, GREY, ORANGE, axes_or_new, new_figure
@@ -261,7 +262,7 @@ def candidates_table(result: Optimisation) -> Table:
         [columns[k] for k in kept],
         [tuple(row[k] for k in kept) for row in rows],
         title=headline(result),
-        notes=(timing(result),),
+        notes=(timing(result, f"{len(result.evaluations)} evaluations"),),
         name="candidates",
         vertical=True,
     )
@@ -285,14 +286,6 @@ def headline(result: Optimisation) -> str:
     return f"{result.name}: {first} {change}, loss {change_text(best.change('power_loss'))}{interval}; {best.name}."
 
 
-def timing(result: Optimisation) -> str:
-    """Status, number of evaluations and wall time."""
-    again = f", {result.reused} from an earlier run" if result.reused else ""
-    workers = "process" if result.jobs == 1 else "processes"
-    count = len(result.evaluations)
-    return f"{result.status}: {count} evaluations{again}, {result.seconds:.0f} s with {result.jobs} {workers}"
-
-
 def optimisation_sections(result: Optimisation, medium: Medium) -> list[Section]:
     """Sections of an optimisation: result, comparison with the start, trade-offs, checked designs, search."""
     if medium == "files":
@@ -303,7 +296,7 @@ def optimisation_sections(result: Optimisation, medium: Medium) -> list[Section]
     head = Head(
         f"Less loss: {result.name}",
         f"{duty_text(result)}; {result.problem.oil}, friction: {model_label(result.problem.friction)}",
-        f"{timing(result).capitalize()}. {SPIN}",
+        f"{timing(result, f'{len(result.evaluations)} evaluations').capitalize()}. {SPIN}",
     )
     return [
         Section("", [head, *_answer(result)]),

@@ -195,8 +195,7 @@ def export_ease_off(design: Design, folder: Path) -> list[str]:
         blank = surface.gear.blank
         length, depth = (x.ravel() for x in np.meshgrid(np.linspace(-1.0, 1.0, 21), np.linspace(-1.0, 1.0, 11)))
         u = 0.5 * blank.face_width * length
-        root = blank.root(u)
-        v = (0.5 * (low + high) + 0.5 * (high - low) * depth - root) / (blank.tip(u) - root)
+        v = blank.fraction(u, 0.5 * (low + high) + 0.5 * (high - low) * depth)
         inside = surface.regular(u, v) > 0.0
         relief = surface.patch(u, v, ("ease_off",))[0] * 1e6
         rows = np.stack([length, depth, relief], axis=1)[inside]

@@ -14,7 +14,7 @@ from efficiency.geometry.design_drawing import design_drawing
 from efficiency.geometry.pair_geometry import PairGeometry, SideGeometry
 from efficiency.loss.efficiency_result import pair_notes
 from efficiency.output import plots_geometry as plots
-from efficiency.output.machine_summary import FLANKS, SummaryRow, Units, summary_rows
+from efficiency.output.machine_summary import FLANKS, Units, summary_rows
 from ehl.common.errors import InputError
 from ehl.common.notes import Note
 from ehl.common.quantities import quantity
@@ -24,8 +24,6 @@ from ehl.common.table import Column, Table
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-SETTING_HEADER = ("setting", "unit", *FLANKS)
 
 
 def flank_table(geometry: PairGeometry) -> Table:
@@ -83,27 +81,17 @@ def graded_notes(geometry: PairGeometry) -> list[Note]:
     return pair_notes([*said, *((name, f"no result: {reason}") for name, reason in geometry.failures.items())])
 
 
-def setting_tables(rows: list[SummaryRow]) -> dict[str, list[tuple[str, ...]]]:
-    """(name, unit, four flanks) of cutters and of machine settings; rows that are zero everywhere are omitted."""
-    tables: dict[str, list[tuple[str, ...]]] = {}
-    for row in rows:
+def settings_tables(design: Design, units: Units) -> list[Table]:
+    """Cutters and machine settings of each flank; rows that are zero everywhere are omitted."""
+    parts: dict[str, list[tuple[str, ...]]] = {}
+    for row in summary_rows(design, units):
         part, _, inner = row.section.partition(".")
         if part != "blank" and any(value not in (None, 0, 0.0) for value in row.values):
-            name = words(f"{inner}: {row.name}" if inner else row.name)
-            tables.setdefault(part, []).append((name, row.unit, *row.texts))
-    return tables
-
-
-def settings_tables(design: Design, units: Units) -> list[Table]:
-    """Cutters and machine settings of each flank."""
-    note = "Settings that are zero for all four flanks are omitted."
-    parts = setting_tables(summary_rows(design, units)).items()
-    return [Table((words(part), "unit", *FLANKS), rows, note) for part, rows in parts]
-
-
-def words(name: str) -> str:
-    """A field name as text."""
-    return name.replace("_", " ")
+            name = f"{inner}: {row.name}" if inner else row.name
+            parts.setdefault(part, []).append((name.replace("_", " "), row.unit, *row.texts))
+    omitted = "settings that are zero for all four flanks are omitted"
+    heads = ("setting", "unit", *FLANKS)
+    return [Table(heads, rows, f"{part.capitalize()} of each flank; {omitted}") for part, rows in parts.items()]
 
 
 def misalignment_text(design: Design) -> str:
@@ -115,15 +103,11 @@ def misalignment_text(design: Design) -> str:
     return "misaligned: " + ", ".join(parts) if parts else "aligned"
 
 
-def geometry_tables(geometry: PairGeometry, units: Units = "metric") -> list[Table]:
+def geometry_tables(geometry: PairGeometry, units: Units) -> list[Table]:
     """Blanks, cutters and machine settings, flanks and unloaded contact."""
     design = geometry.design
-    tables = [design_drawing(design).table(units)]
-    for part, rows in setting_tables(summary_rows(design, units)).items():
-        tables.append(Table(SETTING_HEADER, rows, f"{words(part).capitalize()} of each flank"))
-    tables.append(flank_table(geometry))
-    if geometry.sides:
-        tables.append(contact_table(geometry))
+    tables = [design_drawing(design).table(units), *settings_tables(design, units), flank_table(geometry)]
+    tables += [contact_table(geometry)] if geometry.sides else []
     tables[-1] = replace(tables[-1], notes=(f"{geometry.status}, {geometry.seconds:.2f} s",))
     return tables
 

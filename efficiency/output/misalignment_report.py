@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib import colormaps
 
+from efficiency.conditions.conditions import level_quantity
 from efficiency.contact.flank_pair import ContactPattern, FlankPair, flank_pair
 from efficiency.design.design import MISALIGNMENTS, Design
 from efficiency.geometry.misalignment import LOADED, MisalignmentGrid, MisalignmentPoint, MisalignmentStudy
@@ -19,7 +20,7 @@ from ehl.common.arrays import FloatArray
 from ehl.common.data import reason_text
 from ehl.common.errors import ConvergenceError
 from ehl.common.figures import BLUE, GREY, ORANGE, figure_of, new_figure, panels
-from ehl.common.quantities import Quantity, axis_label, quantity, to_display, typeset_units
+from ehl.common.quantities import axis_label, quantity, to_display, typeset_units
 from ehl.common.sections import Folded, Head, Item, Medium, Picture, Row, Section
 from ehl.common.table import Column, Table
 
@@ -29,11 +30,6 @@ if TYPE_CHECKING:
 
 _PATTERNS = 7
 _DISTRIBUTED = ("peak_to_peak", *LOADED)
-
-
-def misalignment_quantity(name: str) -> Quantity:
-    """Quantity of one of `MISALIGNMENTS`."""
-    return quantity(f"misalignment.{name}")
 
 
 def _nearest_to_zero(study: MisalignmentStudy, *names: str) -> list[MisalignmentPoint]:
@@ -46,7 +42,7 @@ def section_points(study: MisalignmentStudy, name: str) -> tuple[FloatArray, lis
     """Values of one misalignment in the displayed unit, and its states with all others nearest to zero."""
     chosen = sorted(_nearest_to_zero(study, name), key=lambda point: float(getattr(point, name)))
     values = np.array([getattr(point, name) for point in chosen])
-    return np.asarray(misalignment_quantity(name).to_display(values)), chosen
+    return np.asarray(level_quantity(name).to_display(values)), chosen
 
 
 Panel = tuple[str, str, Mapping[str, str]]
@@ -87,7 +83,7 @@ def _sections(studies: Sequence[MisalignmentStudy], panels: Sequence[Panel], cas
         for axes, (_, label, curves) in zip(row, panels, strict=True):
             for (field, text), style in zip(curves.items(), _STYLES, strict=False):
                 _curves(axes, studies, name, field, text, **style)
-            axes.set(xlabel=misalignment_quantity(name).axis_label, ylabel=label)
+            axes.set(xlabel=level_quantity(name).axis_label, ylabel=label)
             axes.grid(alpha=0.3)
             axes.ticklabel_format(axis="y", useOffset=False)
     for axes, (title, _, _) in zip(grid[0], panels, strict=True):
@@ -149,7 +145,7 @@ def map_figure(study: MisalignmentStudy) -> Figure:
     }
     for axes, (field, label) in zip(figure.subplots(1, 3), fields.items(), strict=True):
         values = _shown(field, [[getattr(states[a, b], field) for a in x] for b in y])
-        across, up = (misalignment_quantity(n).to_display(v) for n, v in ((first, x), (second, y)))
+        across, up = (level_quantity(n).to_display(v) for n, v in ((first, x), (second, y)))
         shown = axes.pcolormesh(across, up, np.ma.masked_invalid(values), cmap="viridis", shading="nearest")
         figure.colorbar(shown, ax=axes, label=label)
         middle = 0.5 * (np.nanmin(values) + np.nanmax(values)) if np.isfinite(values).any() else 0.0
@@ -160,7 +156,7 @@ def map_figure(study: MisalignmentStudy) -> Figure:
                 axes.annotate(
                     text, at, ha="center", va="center", fontsize=7, color="k" if values[place] > middle else "w"
                 )
-        axes.set(xlabel=misalignment_quantity(first).axis_label, ylabel=misalignment_quantity(second).axis_label)
+        axes.set(xlabel=level_quantity(first).axis_label, ylabel=level_quantity(second).axis_label)
     figure.suptitle(f"{study.design}, {study.side}: {first} and {second}", fontsize=11)
     return figure
 
@@ -179,7 +175,7 @@ def pattern_figure(
     for colour, (value, pair, pattern) in zip(shades, contacts, strict=True):
         aligned = value == 0.0
         tint = GREY if aligned else colour
-        axes.plot([], [], color=tint, lw=2.0, label=typeset_units(misalignment_quantity(name).text(value, 3)))
+        axes.plot([], [], color=tint, lw=2.0, label=typeset_units(level_quantity(name).text(value, 3)))
         if pattern.marked.any():
             gap = np.ma.masked_where(~pattern.inside, np.where(pattern.inside, pattern.separation, 0.0))
             axes.contour(
@@ -253,7 +249,7 @@ def plot_misalignment(grid: MisalignmentGrid, ax: Axes | None) -> Axes:
         return distribution_figure(grid.studies) if grid.studies[0].samples else section_figure(grid.studies).axes[0]
     name = (grid.studies[0].varied or ["E"])[0]
     _curves(ax, grid.studies, name, "peak_to_peak", marker="o", ms=4)
-    ax.set(xlabel=misalignment_quantity(name).axis_label, ylabel=axis_label("peak_to_peak"))
+    ax.set(xlabel=level_quantity(name).axis_label, ylabel=axis_label("peak_to_peak"))
     ax.legend(fontsize=7, framealpha=0.6)
     return ax
 
@@ -275,7 +271,7 @@ def misalignment_table(study: MisalignmentStudy) -> Table:
         what, edges = f"contact at {quantity('torque').text(study.torque)} of the pinion", "unloaded edge contact"
     return Table(
         [
-            *(Column(name, of=misalignment_quantity(name).name, label=name) for name in names),
+            *(Column(name, of=level_quantity(name).name, label=name) for name in names),
             *(Column(n, of="share", label=n.replace("_", " ")) if n in _SHARES else n for n in fields),
             Column("edges", label=f"{edges}, or reason of failure"),
         ],
@@ -290,7 +286,7 @@ def misalignment_table(study: MisalignmentStudy) -> Table:
 
 def distribution_table(study: MisalignmentStudy) -> Table:
     """Mean, standard deviation and quantiles of each result over random misalignments."""
-    spread = ", ".join(f"{name} {misalignment_quantity(name).text(getattr(study, name)[0])}" for name in study.varied)
+    spread = ", ".join(f"{name} {level_quantity(name).text(getattr(study, name)[0])}" for name in study.varied)
     found = study.distribution()
     columns = ["statistic", *found]
     names = ("mean", "standard deviation", "5 %", "median", "95 %")
@@ -315,9 +311,7 @@ def _notes(study: MisalignmentStudy) -> list[str]:
     if study.torque is not None and failed < count:
         worst = max((p for p in study.points if p.status != "failed"), key=lambda p: p.edge_load_share)
         if worst.edge_load_share >= EDGE_LIMIT:
-            place = ", ".join(
-                f"{name} {misalignment_quantity(name).text(getattr(worst, name))}" for name in study.varied
-            )
+            place = ", ".join(f"{name} {level_quantity(name).text(getattr(worst, name))}" for name in study.varied)
             share = 100.0 * worst.edge_load_share
             remedy = "add relief or stiffen the mounting"
             notes.insert(0, f"edges carry up to {share:.2g} % of the torque ({place}): {remedy}")
@@ -333,7 +327,7 @@ def misalignment_sections(grid: MisalignmentGrid, medium: Medium) -> list[Sectio
     head = Head(f"{kind}: {first.design}", f"marking {1e6 * first.marking:.4g} µm")
     if medium == "files":
         records = grid.to_frame().to_dict("list")
-        known = {name: misalignment_quantity(name).name for name in MISALIGNMENTS} | {
+        known = {name: level_quantity(name).name for name in MISALIGNMENTS} | {
             "crest_u": "error_maximum_u",
             "crest_depth": "error_maximum_depth",
         }

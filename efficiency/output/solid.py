@@ -167,6 +167,11 @@ def teeth_surface(grid: ToothGrid, teeth: int, angle: float) -> FloatArray:
     return np.asarray(np.concatenate(mesh.points)[np.concatenate(mesh.quads)])
 
 
+def ring_points(azimuth: FloatArray, radius: float, z: float) -> FloatArray:
+    """Points (n, 3) of a circle about the axis [m]."""
+    return np.stack([radius * np.cos(azimuth), radius * np.sin(azimuth), np.full_like(azimuth, z)], axis=-1)
+
+
 def body_section(grid: ToothGrid, rim: float | None, bore: float | None) -> tuple[FloatArray, FloatArray, float]:
     """Radii and planes [m] of the ends of toe and heel cone, and the bore; see `member_solid`."""
     rim = _rim_thickness(grid, rim)
@@ -195,13 +200,9 @@ def member_solid(grid: ToothGrid, rim: float | None = None, bore: float | None =
     turns = np.arange(blank.teeth)[:, None, None] * grid.pitch
     mesh = _Mesh()
     edge = _toothed_surface(mesh, grid, grid.lower + turns, grid.upper + turns, closed=True)
-
-    def ring(azimuth: FloatArray, radius: float, z: float) -> IntArray:
-        at = [radius * np.cos(azimuth), radius * np.sin(azimuth), np.full_like(azimuth, z)]
-        return mesh.add(np.stack(at, axis=-1))
-
     at_toe, at_heel = edge.azimuth[:, 0], edge.azimuth[:, -1]
-    front, back = ring(at_toe, radii[0], planes[0]), ring(at_heel, radii[1], planes[1])
+    front = mesh.add(ring_points(at_toe, radii[0], planes[0]))
+    back = mesh.add(ring_points(at_heel, radii[1], planes[1]))
     mesh.band(edge.toe, front)
     mesh.band(back, edge.heel)
     if bore == 0.0:
@@ -211,7 +212,7 @@ def member_solid(grid: ToothGrid, rim: float | None = None, bore: float | None =
             corners = (circle, ahead, middle) if face > 0.0 else (ahead, circle, middle)
             mesh.triangles.append(np.stack(corners, axis=-1))
         return mesh.solid()
-    inner = [ring(at_toe, 0.5 * bore, z) for z in planes]
+    inner = [mesh.add(ring_points(at_toe, 0.5 * bore, z)) for z in planes]
     mesh.band(front, inner[0])
     mesh.band(inner[0], inner[1])
     # all teeth are equal: the ring at the heel is counted from the tooth nearest in azimuth

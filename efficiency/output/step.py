@@ -16,7 +16,7 @@ from scipy.interpolate import make_interp_spline
 from efficiency.contact.assembly import Assembly
 from efficiency.contact.gear_flanks import Member
 from efficiency.contact.tooth_grid import ToothGrid
-from efficiency.output.solid import body_section
+from efficiency.output.solid import body_section, ring_points
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.files import make_folder
@@ -73,26 +73,22 @@ def member_patches(grid: ToothGrid, rim: float | None, bore: float | None) -> tu
     root = (1.0 - share) * grid.upper[0] + share * following
     found += [_surface(grid.point(land, u[-1], h[-1])), _surface(grid.point(root, u[0], h[0]))]
 
-    def ring(azimuth: FloatArray, radius: float, z: float) -> FloatArray:
-        at = [radius * np.cos(azimuth), radius * np.sin(azimuth), np.full_like(azimuth, z)]
-        return np.stack(at, axis=-1)
-
     rings: list[FloatArray] = []
     turn = grid.pitch * round(float(grid.lower[0, -1] - grid.lower[0, 0]) / grid.pitch)
     for begin, end in ((grid.lower[0], grid.upper[0]), (grid.upper[0], following)):
         toe, heel = (((1.0 - share[:, 0]) * begin[c] + share[:, 0] * end[c]) for c in (0, -1))
         for azimuth, column, radius, z in ((toe, 0, radii[0], planes[0]), (heel, -1, radii[1], planes[1])):
             outer = grid.point(azimuth, u[0, column], h[0, column])
-            edge = ring(azimuth, radius, z)
+            edge = ring_points(azimuth, radius, z)
             found.append(_surface(np.stack([outer, edge])))
             if hole == 0.0:
                 rings.append(edge)
                 continue
             # the bore is divided at the azimuths of the toe
             inner = toe if column == 0 else toe + turn
-            found.append(_surface(np.stack([edge, ring(inner, 0.5 * hole, z)])))
+            found.append(_surface(np.stack([edge, ring_points(inner, 0.5 * hole, z)])))
         if hole > 0.0:
-            found.append(_surface(np.stack([ring(toe, 0.5 * hole, z) for z in planes])))
+            found.append(_surface(np.stack([ring_points(toe, 0.5 * hole, z) for z in planes])))
     return found, rings
 
 

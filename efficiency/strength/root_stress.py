@@ -133,8 +133,7 @@ def root_tooth(
         for k, surface in read.items()
     }
     places = read[side].sorted(read[side].places)
-    found = grid.blank.coordinates(np.hypot(places[..., 0], places[..., 1]), places[..., 2])
-    u, height = (np.asarray(x, float) for x in found)
+    u, height = grid.blank.place(np.moveaxis(places, -1, 0))
     station = u.mean(axis=1) - grid.u[0, 0]
     low = 2 * counts.low
     outline = mesh.outlines[side]

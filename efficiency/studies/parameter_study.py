@@ -22,7 +22,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from efficiency.conditions.conditions import Friction, Values, axis_values, check_size, checked, resolve_friction
+from efficiency.conditions.conditions import (
+    Friction,
+    Values,
+    axis_values,
+    check_size,
+    checked,
+    level_quantity,
+    resolve_friction,
+)
 from efficiency.conditions.grid import PointsResult
 from efficiency.contact.gear_flanks import Side
 from efficiency.design.design import MISALIGNMENTS, Design
@@ -35,7 +43,6 @@ from ehl.common.arrays import finite_or_none
 from ehl.common.errors import InputError
 from ehl.common.journal import Journal
 from ehl.common.progress import ProgressCallback, progress_to, report_progress
-from ehl.common.quantities import Quantity, quantities
 from ehl.common.runner import checked_jobs, run_tasks
 from ehl.common.threads import one_thread
 from ehl.fluid.oil import Oil
@@ -106,12 +113,6 @@ class Levels:
     def to_dict(self) -> dict[str, list[float]]:
         """Levels for JSON."""
         return {f.name: list(getattr(self, f.name)) for f in fields(self)}
-
-
-def level_quantity(name: str) -> Quantity:
-    """Quantity of a parameter: misalignments by their letters, the roughness that of each flank."""
-    known = quantities()
-    return known.get(f"misalignment.{name}") or known[name]
 
 
 @dataclass(frozen=True)

@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib import colormaps
 
+from efficiency.conditions.conditions import level_quantity
 from efficiency.design.design import MISALIGNMENTS
 from efficiency.loss.efficiency_result import pair_notes
 from efficiency.output.gear_report import SPIN
-from efficiency.output.tables import outside_note, percent
-from efficiency.studies.parameter_study import Study, StudyPoint, level_quantity
+from efficiency.output.tables import outside_note, percent, timing
+from efficiency.studies.parameter_study import Study, StudyPoint
 from ehl.common.data import reason_text
 from ehl.common.figures import BLUE, GREY, ORANGE, axes_or_new, new_figure, panels
 from ehl.common.notes import Note
@@ -289,7 +290,7 @@ def influence_table(study: Study) -> Table:
         columns,
         rows,
         title=f"efficiency over each single parameter, {study.side}, {study.oil}, friction: {model}",
-        notes=(*failed, timing(study)),
+        notes=(*failed, timing(study, f"{len(study.points)} points")),
         name="influence",
     )
 
@@ -306,13 +307,6 @@ def study_notes(study: Study) -> list[Note]:
     return pair_notes(said)
 
 
-def timing(study: Study) -> str:
-    """Status, number of points and wall time."""
-    again = f", {study.reused} of them from an earlier run" if study.reused else ""
-    workers = "process" if study.jobs == 1 else "processes"
-    return f"{study.status}: {len(study.points)} points{again}, {study.seconds:.1f} s with {study.jobs} {workers}"
-
-
 def study_sections(study: Study, medium: Medium) -> list[Section]:
     """Sections of a study: influence of each parameter, uncertainty, efficiency over the parameters, all points."""
     title = f"parameter study: {', '.join(study.designs)}"
@@ -325,7 +319,7 @@ def study_sections(study: Study, medium: Medium) -> list[Section]:
     head = Head(
         "Parameter study: mesh efficiency",
         f"{', '.join(study.designs)}; {study.side} side, {study.oil}, friction: {model_label(study.friction_model)}",
-        f"{timing(study).capitalize()}. {SPIN}",
+        f"{timing(study, f'{len(study.points)} points').capitalize()}. {SPIN}",
     )
     cuts = [section_table(study, design, name) for name in study.varied for design in study.designs]
     model = model_label(study.friction_model)

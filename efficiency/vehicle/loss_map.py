@@ -36,7 +36,7 @@ from ehl.common.units import ValueRange
 from regression.friction.published_registry import model_label
 
 if TYPE_CHECKING:
-    import pandas
+    pass
 
 COLUMNS = {
     "torque": SIGNED["torque"],
@@ -190,7 +190,7 @@ class LossTable(PointsResult, TableResult):
 
 
 @dataclass(frozen=True, repr=False)
-class LossMap(Tabular, LossTable):
+class LossMap(LossTable, Tabular):
     """Torque loss over pinion torque and speed at one oil temperature.
 
     Examples
@@ -235,10 +235,6 @@ class LossMap(Tabular, LossTable):
     def values(self, name: str = "torque_loss") -> FloatArray:
         """Values of one column, (speeds, torques); nan where a point failed."""
         return np.array([getattr(point, name) for point in self.points]).reshape(self.shape)
-
-    def to_frame(self) -> pandas.DataFrame:
-        """One row per point, SI units."""
-        return self.table().to_frame()
 
     def _dimensions(self) -> tuple[str, ...]:
         return "torque", "speed"

@@ -69,7 +69,7 @@ def test_pattern_is_where_the_flanks_come_close(pair: FlankPair) -> None:
     surface = pair.surface
     for position in mesh_cycle(pair.surface, positions=3, points_per_line=9):
         u = position.face_gear - 0.5 * surface.gear.blank.face_width
-        v = surface.fraction(u, position.height_gear + surface.gear.blank.root(u))
+        v = surface.gear.blank.fraction(u, position.height_gear + surface.gear.blank.root(u))
         relief, lever = surface.patch(u, v, ("ease_off", "lever"))
         turned = pair.transmission.at(np.full(1, position.pinion_angle))[0]
         # counted from the closest of the points, not from the closest place

@@ -16,10 +16,11 @@ from efficiency.conditions.conditions import resolve_friction
 from efficiency.conditions.duty import DutyRow
 from efficiency.design.design import Design
 from efficiency.loss import ehl_friction as module
-from efficiency.loss.efficiency import LoadedGrids, load_grids, mesh_efficiency
+from efficiency.loss.efficiency import mesh_efficiency
 from efficiency.loss.ehl_friction import EhlFriction, ehl_friction
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.power_loss import friction_along_mesh, loss_by_region
+from efficiency.ltca.mesh_grids import LoadedGrids, load_grids
 from efficiency.mesh import Mesh
 from efficiency.output.tables import efficiency_table
 from efficiency.pair import GearPair

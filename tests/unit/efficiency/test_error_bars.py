@@ -16,7 +16,7 @@ from samples import OPERATION, tiny_load
 import efficiency
 from efficiency.conditions.duty import DutyRow
 from efficiency.loss.contact_sample import remoteness
-from efficiency.loss.efficiency import LoadedGrids, mesh_efficiency, solve_balanced
+from efficiency.loss.efficiency import mesh_efficiency
 from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.ehl_friction import EhlFriction, Solved, _friction, _left_open
 from efficiency.loss.friction_equilibrium import balance_error
@@ -24,6 +24,7 @@ from efficiency.loss.kinematics import LoadedPoints, Operation, loaded_points
 from efficiency.loss.lubrication import warmed
 from efficiency.loss.power_loss import rolling_losses
 from efficiency.loss.uncertainty import LossSample, stand_in
+from efficiency.ltca.mesh_grids import LoadedGrids
 from ehl.common.data import data_path
 from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
@@ -75,7 +76,7 @@ def test_error_of_the_balance_by_forces_of_before(monkeypatch: pytest.MonkeyPatc
     assert balance_error(0.02, 1e-3, 0.0) == pytest.approx(0.02 * (1.001**0.7 - 1.0), rel=1e-3)
     assert balance_error(0.02, 0.0, 0.1) == pytest.approx(0.02 * 0.003)
     monkeypatch.setattr("efficiency.loss.efficiency.balance_error", lambda loss, moved, distance: loss)
-    result = solve_balanced(loaded, ConstantFriction(MU), OIL, OPERATION)
+    result = mesh_efficiency(loaded, ConstantFriction(MU), OIL, OPERATION, "frictional")
     assert result.errors.balance == pytest.approx(result.power_loss / (200.0 * 125.0), rel=1e-12)
     assert result.efficiency_error == pytest.approx(sum(astuple(result.errors)))
 

@@ -17,9 +17,10 @@ from efficiency.conditions.conditions import split_axes
 from efficiency.conditions.duty import DutyRow, read_duty
 from efficiency.conditions.grid import Evaluator, Grid, _largest, _nodes
 from efficiency.design.design import load_design
-from efficiency.loss.efficiency import load_grids, mesh_efficiency
+from efficiency.loss.efficiency import mesh_efficiency
 from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.kinematics import Operation
+from efficiency.ltca.mesh_grids import load_grids
 from efficiency.mesh import Mesh
 from efficiency.pair import GearPair
 from ehl.common.errors import ConvergenceError, InputError

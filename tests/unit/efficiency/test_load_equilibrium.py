@@ -9,10 +9,15 @@ from hypothesis import strategies as st
 
 from efficiency.ltca import equilibrium
 from efficiency.ltca.edge_contact import EdgeSection, free_edge_compliance
-from efficiency.ltca.equilibrium import solve_equilibrium
+from efficiency.ltca.equilibrium import Equilibrium, EquilibriumProblem, Local, solve_equilibrium
 from efficiency.ltca.load_distribution import LocalApproach, weber_local
 from ehl.common.arrays import FloatArray
 from ehl.material import Material, effective_modulus
+
+
+def solved(local: Local, *problem: object) -> Equilibrium:
+    """Solution of a single problem."""
+    return solve_equilibrium([EquilibriumProblem(*problem)], local)[0]
 
 
 def springs(stiffness: float):
@@ -43,7 +48,7 @@ def test_complementarity_and_balance(seed: int, n: int, torque: float, scale: fl
     """All conditions of contact: with a positive compliance one solution has them."""
     compliance, gap, lever = random_problem(seed, n)
     local = logarithmic(10**scale)
-    result = solve_equilibrium(compliance, local, gap, lever, torque)
+    result = solved(local, compliance, gap, lever, torque)
     assert result.status == "converged"
     assert result.torque_residual < 1e-9
     assert np.all(result.force >= 0.0)
@@ -58,10 +63,10 @@ def test_complementarity_and_balance(seed: int, n: int, torque: float, scale: fl
 
 def test_cycling_falls_back_and_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     problems = [random_problem(seed, 30) for seed in range(25)]
-    usual = [solve_equilibrium(compliance, springs(1e9), *rest, 30.0) for compliance, *rest in problems]
+    usual = [solved(springs(1e9), compliance, *rest, 30.0) for compliance, *rest in problems]
     monkeypatch.setattr(equilibrium, "_primal_dual", lambda *_: None)
     for (compliance, *rest), expected in zip(problems, usual, strict=True):
-        result = solve_equilibrium(compliance, springs(1e9), *rest, 30.0)
+        result = solved(springs(1e9), compliance, *rest, 30.0)
         np.testing.assert_allclose(result.force, expected.force, rtol=1e-6, atol=1e-6 * expected.force.max())
         assert (result.status, expected.fallbacks) == ("converged", 0)
         assert result.fallbacks == result.iterations > 0
@@ -70,11 +75,11 @@ def test_cycling_falls_back_and_is_counted(monkeypatch: pytest.MonkeyPatch) -> N
 def test_failure_is_a_status_with_a_reason(monkeypatch: pytest.MonkeyPatch) -> None:
     compliance, gap, lever = random_problem(3, 30)
     monkeypatch.setattr(equilibrium, "NEWTON_LIMIT", 1)
-    limited = solve_equilibrium(compliance, logarithmic(1e-8), gap, lever, 30.0)
+    limited = solved(logarithmic(1e-8), compliance, gap, lever, 30.0)
     assert (limited.status, limited.reason) == ("failed", "newton_limit")
     monkeypatch.setattr(equilibrium, "_primal_dual", lambda *_: None)
     monkeypatch.setattr(equilibrium, "_one_by_one", lambda *_: None)
-    stuck = solve_equilibrium(compliance, logarithmic(1e-8), gap, lever, 30.0)
+    stuck = solved(logarithmic(1e-8), compliance, gap, lever, 30.0)
     assert (stuck.status, stuck.reason) == ("failed", "active_set_limit")
 
 
@@ -92,7 +97,7 @@ def numerical(distance: float, ratio: float, cells: int = 500) -> tuple[float, f
     kernel = -2.0 / np.pi * (primitive(x[:, None] - ends[None, :-1]) - primitive(x[:, None] - ends[None, 1:]))
     # a constant makes the compliance positive; it shifts the approach only
     shift = 2.0
-    result = solve_equilibrium(kernel / width + shift, springs(1e12), gap, np.ones(cells), 0.5 * math.pi)
+    result = solved(springs(1e12), kernel / width + shift, gap, np.ones(cells), 0.5 * math.pi)
     approach = result.angle - shift * 0.5 * math.pi
     loaded = result.force > 0.0
     return float(result.force.max()) / width, approach, 0.5 * width * np.count_nonzero(loaded)

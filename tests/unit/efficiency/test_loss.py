@@ -14,11 +14,12 @@ from samples import BEVEL as DESIGN
 from samples import OPERATION, tiny_load, tiny_mesh
 
 from efficiency.loss.closed_form import coleman_type
-from efficiency.loss.efficiency import LoadedGrids, MeshGrids, load_grids, mesh_efficiency
+from efficiency.loss.efficiency import mesh_efficiency
 from efficiency.loss.kinematics import LoadedPoints, Operation
 from efficiency.loss.power_loss import efficiency_of, position_losses
 from efficiency.ltca.external_load import read_load, write_load
 from efficiency.ltca.load_distribution import distribute_load
+from efficiency.ltca.mesh_grids import LoadedGrids, MeshGrids, load_grids
 from efficiency.mesh import Mesh
 from efficiency.pair import GearPair
 from ehl.common.errors import InputError

@@ -71,7 +71,7 @@ def grid(geared: Meshed) -> Grid:
 @pytest.fixture(scope="module")
 def comparison(geared: Meshed) -> Comparison:
     models = [friction_model("constant:0.05"), MODEL]
-    return compare_models(load_grids(geared[1].grids, 300.0), models, OIL, OPERATION, geared[1].pitch)
+    return compare_models(load_grids(geared[1].grids, 300.0), models, OIL, OPERATION, geared[1].pitch, "frictional")
 
 
 def require_units(figure: Figure) -> None:

@@ -157,8 +157,8 @@ def test_spiral_angles_against_the_motion_of_a_blade(name: str) -> None:
     for cone in cones.cone_distance_2 * np.array([0.85, 0.95, 1.0, 1.1, 1.15]):
         q = trace.generating_angle(cone)
         x, y = cone * cos(q), cone * sin(q)
-        assert hypot(x - trace.centre_distance, y) == pytest.approx(inputs.cutter_radius, rel=1e-12)
-        u, v = -(y + turns * y), (x - trace.centre_distance) + turns * x
+        assert hypot(x - trace.crown_to_cutter, y) == pytest.approx(inputs.cutter_radius, rel=1e-12)
+        u, v = -(y + turns * y), (x - trace.crown_to_cutter) + turns * x
         radial = (u * x + v * y) / (cone * hypot(u, v))
         assert abs(radial) == pytest.approx(cos(trace.spiral(cone)), abs=1e-12)
 

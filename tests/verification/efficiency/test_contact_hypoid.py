@@ -51,7 +51,9 @@ def test_sliding_is_that_of_the_rigid_bodies(pair: FlankPair) -> None:
         # the normal force drives the gear: power in is power out on conjugate flanks
         np.testing.assert_allclose((pinion * position.normal).sum(axis=1), position.lever_pinion, rtol=1e-12)
         ratio = position.lever_gear / position.lever_pinion
-        np.testing.assert_allclose(ratio, pair.teeth_gear / pair.teeth_pinion, rtol=1e-12)
+        np.testing.assert_allclose(
+            ratio, pair.flanks.assembly.teeth_gear / pair.flanks.assembly.teeth_pinion, rtol=1e-12
+        )
     # lengthwise sliding is what sets a hypoid apart
     if pair.surface.assembly.offset > 0.01:
         assert np.abs(position.sliding_along).min() > 3.0 * np.abs(position.sliding_across).min()
@@ -62,7 +64,7 @@ def inner(pair: FlankPair, points: int = 7) -> tuple[MeshPosition, np.ndarray, n
     surface = pair.surface
     position = mesh_cycle(pair.surface, positions=3, points_per_line=points)[1]
     u = position.face_gear - 0.5 * surface.gear.blank.face_width
-    v = surface.fraction(u, position.height_gear + surface.gear.blank.root(u))
+    v = surface.gear.blank.fraction(u, position.height_gear + surface.gear.blank.root(u))
     return position, u, v
 
 

@@ -13,10 +13,11 @@ from efficiency.contact.contact_lines import MeshPosition
 from efficiency.cylindrical_gears.contact_lines import cylindrical_tooth
 from efficiency.design.design import load_design
 from efficiency.loss.closed_form import PitchGeometry, buckingham_type, coleman_type, lengthwise_sliding
-from efficiency.loss.efficiency import MeshGrids, load_grids, solve_balanced
+from efficiency.loss.efficiency import balanced_efficiency, mesh_efficiency, solve_friction
 from efficiency.loss.ehl_friction import EhlFriction
 from efficiency.loss.kinematics import Axis, Driver, Operation, loaded_points
 from efficiency.ltca.load_distribution import LoadDistribution, PositionLoad, TeethElasticity, distribute_load
+from efficiency.ltca.mesh_grids import MeshGrids, load_grids
 from efficiency.ltca.solid_tooth import SolidTooth
 from efficiency.mesh import Mesh
 from ehl.common.errors import InputError
@@ -78,16 +79,16 @@ def test_hypoid_pitch_point_is_exact(mu: float, b1: float, b2: float) -> None:
     mesh = pitch_point(math.radians(b1), math.radians(b2), pressure)
     model, cos_a = ConstantFriction(mu), math.cos(pressure)
     loaded = load_grids(mesh, 100.0)
-    plain = solve_balanced(loaded, model, OIL, OPERATION, "frictionless")
+    plain = mesh_efficiency(loaded, model, OIL, OPERATION)
     assert plain.efficiency == pytest.approx(1.0 - mu * abs(t1 - t2) / cos_a, rel=1e-12)
     assert "friction in the torque balance" in plain.skipped
-    with_friction = solve_balanced(loaded, model, OIL, OPERATION)
+    with_friction = mesh_efficiency(loaded, model, OIL, OPERATION, "frictional")
     signed = math.copysign(mu, t1 - t2)
     assert with_friction.efficiency == pytest.approx((cos_a + signed * t2) / (cos_a + signed * t1), rel=1e-12)
     assert (plain.conditions.load_balance, with_friction.conditions.load_balance) == ("frictionless", "frictional")
     assert "friction in the torque balance" not in with_friction.skipped
     # the gear drives: friction points the other way, input and output change places
-    back = solve_balanced(loaded, model, OIL, replace(OPERATION, driver="gear"))
+    back = mesh_efficiency(loaded, model, OIL, replace(OPERATION, driver="gear"), "frictional")
     assert back.efficiency == pytest.approx((cos_a - signed * t1) / (cos_a - signed * t2), rel=1e-12)
     assert back.power_output == pytest.approx(100.0 * OPERATION.speed, rel=1e-14)
 
@@ -163,7 +164,7 @@ def test_default_is_the_balance_by_an_independent_route(name: str, driver: Drive
         (300.0, 100.0, ConstantFriction(0.11)),
     ):
         operation = Operation(speed, 363.15, 0.4e-6, 0.4e-6, driver)
-        result = solve_balanced(load_grids(mesh.grids, torque), model, OIL, operation)
+        result = mesh_efficiency(load_grids(mesh.grids, torque), model, OIL, operation, "frictional")
         expected, change = iterated(mesh, torque, model, operation)
         assert change < 1e-10
         assert abs(result.efficiency - expected) < 1e-6
@@ -180,14 +181,15 @@ def test_default_is_the_balance_by_an_independent_route(name: str, driver: Drive
             assert lost * speed == pytest.approx(result.cycle.power_loss[k], rel=1e-10)
         assert result.power_input == pytest.approx(result.power_output + result.power_loss, rel=1e-14)
         # one of many points, of fewer solutions: the stated error tells
-        fast = solve_balanced(load_grids(mesh.grids, torque), model, OIL, operation, many=True)
+        run = balanced_efficiency(load_grids(mesh.grids, torque), model, OIL, operation, "frictional", many=True)
+        [fast] = solve_friction([run], model, OIL)
         assert abs(fast.efficiency - expected) <= fast.errors.balance < 1e-4
 
 
 def test_self_locking_is_a_status() -> None:
     """mu tan b1 > cos a with sliding along the pinion's motion: friction alone turns the gear, no torque is needed."""
     mesh = pitch_point(math.radians(60.0), math.radians(80.0), 0.35)
-    result = solve_balanced(load_grids(mesh, 50.0), ConstantFriction(0.6), OIL, OPERATION)
+    result = mesh_efficiency(load_grids(mesh, 50.0), ConstantFriction(0.6), OIL, OPERATION, "frictional")
     assert (result.status, result.reason) == ("failed", "self_locking")
     assert math.isnan(result.efficiency)
     assert math.isnan(result.power_loss)
@@ -197,8 +199,10 @@ def test_self_locking_is_a_status() -> None:
 def test_axes_and_a_friction_coefficient_are_needed() -> None:
     mesh = replace(pitch_point(0.8, 0.4, 0.35), axes=None)
     with pytest.raises(InputError, match=r"mesh\.axes"):
-        solve_balanced(load_grids(mesh, 50.0), ConstantFriction(0.05), OIL, OPERATION)
-    nothing = solve_balanced(load_grids(pitch_point(0.8, 0.4, 0.35), 50.0), ConstantFriction(math.nan), OIL, OPERATION)
+        mesh_efficiency(load_grids(mesh, 50.0), ConstantFriction(0.05), OIL, OPERATION, "frictional")
+    nothing = mesh_efficiency(
+        load_grids(pitch_point(0.8, 0.4, 0.35), 50.0), ConstantFriction(math.nan), OIL, OPERATION, "frictional"
+    )
     assert (nothing.status, nothing.reason) == ("failed", "friction_undefined")
 
 

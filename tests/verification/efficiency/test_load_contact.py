@@ -13,10 +13,11 @@ from scipy.special import ellipe, ellipk
 import efficiency
 from efficiency.contact.mesh_surface import EDGES
 from efficiency.loss.closed_form import profile_contact_ratio
-from efficiency.loss.efficiency import load_grids, mesh_efficiency
+from efficiency.loss.efficiency import mesh_efficiency
 from efficiency.loss.kinematics import Operation
 from efficiency.ltca import load_distribution as ltca
 from efficiency.ltca.limits import edge_load
+from efficiency.ltca.mesh_grids import load_grids
 from efficiency.mesh import Mesh
 from regression.formula import friction_model
 from regression.friction.models import ConstantFriction

@@ -58,7 +58,7 @@ def test_formate_gear_has_the_angles_of_its_blank() -> None:
             spiral, pressure = points.angles(pair.gear.pitch_angle)
             spirals.append(float(spiral[0]))
             assert float(pressure[0]) == pytest.approx(pair.pressure(side), abs=1e-9)
-        assert np.mean(spirals) == pytest.approx(pair.spiral_gear, abs=1e-9)
+        assert np.mean(spirals) == pytest.approx(pair.blank.gear.mean_spiral_angle, abs=1e-9)
 
 
 def test_derivatives_of_the_residual_by_settings_against_differences() -> None:
