@@ -155,23 +155,16 @@ def test_fast_rolling_of_a_cold_oil_heats_no_more_than_its_flow_work(pressure: f
     assert 1.0 < rise < result.film.pressure_max / (cold.density * cold.heat_capacity)
 
 
-# thick and fast: M = 0.04, L = 31, and M = 0.01, L = 49 with sliding along the line; hot films a twentieth as thick
-ROLLING = (
-    {"pressure_hertz": 0.115e9, "radius_equivalent": 0.391, "speed_entrainment": 53.7, "slide_to_roll": -0.98},
-    {"viscosity_inlet": 1.232, "pressure_viscosity": 2.23e-8, "rheology": "newtonian", "temperature": 415.0,
-     "temperature_viscosity": 0.028},
-)  # fmt: skip
-SLIDING = (
-    {"pressure_hertz": 0.173e9, "radius_equivalent": 2.73e-3, "speed_entrainment": 49.7, "slide_to_roll": 1.56,
-     "speed_sliding_lengthwise": 80.7},
-    {"viscosity_inlet": 0.855, "pressure_viscosity": 1.11e-8, "eyring_stress": 7.65e6, "temperature": 262.0,
-     "temperature_viscosity": 0.018},
-)  # fmt: skip
-
-
-@pytest.mark.parametrize("case", [ROLLING, SLIDING], ids=["rolling", "sliding"])
-def test_a_heat_balance_too_coarse_for_the_contact_goes_to_finer_grids(case, monkeypatch):
-    line, lubricant = contact(**case[0]), oil(**case[1])
+def test_a_heat_balance_too_coarse_for_the_contact_goes_to_finer_grids(monkeypatch):
+    """Thick and fast, with heat that the film convects."""
+    line = contact(
+        pressure_hertz=568.85e6, radius_equivalent=5.9903e-3, speed_entrainment=53.552, slide_to_roll=0.19932,
+        speed_sliding_lengthwise=3.1207,
+    )  # fmt: skip
+    lubricant = oil(
+        viscosity_inlet=1.2512, pressure_viscosity=2.2733e-8, rheology="newtonian", temperature=391.35,
+        temperature_viscosity=0.03,
+    )  # fmt: skip
 
     def solve(accuracy):
         return solve_smooth(line, lubricant, BODIES, thermal="on", accuracy=accuracy)
@@ -185,7 +178,7 @@ def test_a_heat_balance_too_coarse_for_the_contact_goes_to_finer_grids(case, mon
     assert fast.film_error < 1e-3
     friction, film = (fast.friction_fluid, reference.friction_fluid), (fast.film.film_min, reference.film.film_min)
     assert friction[0] == pytest.approx(friction[1], rel=fast.friction_error + reference.friction_error)
-    assert film[0] == pytest.approx(film[1], rel=1e-3)  # the estimate may be half of the true 5e-4
+    assert film[0] == pytest.approx(film[1], rel=2.0 * fast.film_error)  # the estimate may be half of the true one
 
 
 def lose(monkeypatch, first, beyond):
