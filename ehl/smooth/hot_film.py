@@ -55,6 +55,8 @@ EXTRAPOLATION_ERROR, EXTRAPOLATED = 0.1, 5.0
 # the changes of the rounds are taken to fall at least and at most by these factors
 FALL = (0.2, 0.5)
 
+Guess = tuple[FloatArray, FloatArray, FloatArray]
+
 
 @dataclass(frozen=True)
 class HeatModel:
@@ -69,9 +71,7 @@ class HeatModel:
         """Conduction matrices on the nodes of a level."""
         return surface_matrices(level.x * self.contact.half_width, self.contact, self.bodies)
 
-    def balance(
-        self, level: Level, matrices: Matrices, guess: tuple[FloatArray, ...] | None, tolerance: float
-    ) -> FilmTemperature:
+    def balance(self, level: Level, matrices: Matrices, guess: Guess | None, tolerance: float) -> FilmTemperature:
         """Heat balance with the film of a level, from stress, `walls` and `surfaces` of an earlier one."""
         contact, lubricant, b = self.contact, self.lubricant, self.contact.half_width
         pressure = contact.pressure_hertz * np.maximum(level.unknowns.pressure, 0.0)
@@ -87,8 +87,8 @@ class HeatModel:
         heat = flow_heat(x, pressure, film, density, length, speed)
         surfaces = guess[2] if guess is not None else np.full(x.size, 0.5 * (self.bulk[0] + self.bulk[1]))
         return film_temperature(
-            pressure, film, k_film, contact, lubricant, self.bulk, matrices, rolling_heat=heat,
-            convection=Convection(x, length, capacity, surfaces), guess=guess and guess[:2], tolerance=tolerance,
+            pressure, film, k_film, contact, lubricant, self.bulk, matrices, rolling_heat=heat, tolerance=tolerance,
+            convection=Convection(x, length, capacity, surfaces), guess=guess[:2] if guess else None,
         )  # fmt: skip
 
 
@@ -285,11 +285,13 @@ class HotFilm:
         self.iterations += level.iterations
         return level
 
-    def _guess_at(self, x: FloatArray) -> tuple[FloatArray, ...] | None:
+    def _guess_at(self, x: FloatArray) -> Guess | None:
         """Interpolated stress and surface temperatures of the last heat balance."""
         if self.found is None:
             return None
-        return tuple(np.interp(x, self.x, row) for row in (self.found.stress, self.found.walls, self.found.surfaces))
+        rows = self.found.stress, self.found.walls, self.found.surfaces
+        stress, walls, surfaces = (np.interp(x, self.x, row) for row in rows)
+        return stress, walls, surfaces
 
     def _matrices_of(self, level: Level) -> Matrices:
         stretch = level.unknowns.stretch
