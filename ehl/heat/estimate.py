@@ -119,8 +119,8 @@ def convection_error(contact: LineContact, lubricant: Lubricant, film: float, fi
     """Estimate the error of the film temperature by the first mode of conduction and by the net flow of the inlet.
 
     In the contact the error of friction grows with the film Peclet number: it is at most two thirds of the term here
-    against the energy equation across the film, 64 contacts. The reversed flow of the inlet changes a film in
-    proportion to its thermal thinning.
+    against the energy equation across the film, 64 contacts. The error of the inlet, whose reversed flow is neglected,
+    grows with the thermal thinning of the film.
 
     contact, lubricant: as in `ehl.heat.traction.film_temperature`.
     film: central film with heat [m].
@@ -130,4 +130,4 @@ def convection_error(contact: LineContact, lubricant: Lubricant, film: float, fi
     capacity = lubricant.density * lubricant.heat_capacity
     peclet = capacity * contact.speed_entrainment * film**2 / (k_film * contact.half_width)
     loss = max(-math.log(film_reduction), 0.0) ** 1.4
-    return ConvectionError(peclet, 0.05 * loss + 0.01 * peclet + 0.002, 0.18 * loss + 0.002)
+    return ConvectionError(peclet, 0.05 * loss + 0.01 * peclet + 0.002, 0.08 * loss + 0.002)
