@@ -130,4 +130,4 @@ def convection_error(contact: LineContact, lubricant: Lubricant, film: float, fi
     capacity = lubricant.density * lubricant.heat_capacity
     peclet = capacity * contact.speed_entrainment * film**2 / (k_film * contact.half_width)
     loss = max(-math.log(film_reduction), 0.0) ** 1.4
-    return ConvectionError(peclet, 0.05 * loss + 0.01 * peclet + 0.002, 0.08 * loss + 0.002)
+    return ConvectionError(peclet, 0.05 * loss + 0.01 * peclet + 0.002, 0.18 * loss + 0.002)
