@@ -160,28 +160,26 @@ def _slope(x, y, out):
 
 
 @njit(**INTERNAL_KERNEL)
-def _convected(x, freed, wall, length, capacity, out):
-    """Heat Q of a film that convects the heat q, between walls of changing temperature.
+def _weights_of_cell(step, length):
+    """What is kept of the heat in a film over a cell, and weights of the values at its end, its begin and their change.
 
-    d(l Q)/dx = q - Q - C dT_w/dx with the capacity C = rho c u_r h* of the flow; exact for constant l, and q and T_w
-    linear over a cell.
+    Exact solution of dw/dx + w/l = q for g = l q linear over the cell, r = step/l: w = exp(-r) w0 + a g + b g0 with
+    a = 1 - f, b = f - exp(-r), f = (1 - exp(-r))/r; series where r is small.
     """
-    stored, last = 0.0, length[0] * freed[0]
-    out[0] = 0.0
-    for i in range(1, x.size):
-        middle, step, steady = 0.5 * (length[i] + length[i - 1]), x[i] - x[i - 1], length[i] * freed[i]
-        lag = middle * (steady - last + capacity * (wall[i] - wall[i - 1])) / step
-        stored = steady - lag + (stored - last + lag) * math.exp(-step / middle)
-        last = steady
-        out[i] = stored / length[i]
+    r = step / length
+    passed = -math.expm1(-r)
+    mean = passed / r if r > 1e-300 else 1.0
+    if r < 1e-3:
+        return 1.0 - passed, r * (0.5 - r * (1.0 / 6.0 - r / 24.0)), r * (0.5 - r * (1.0 / 3.0 - r / 8.0)), mean
+    return 1.0 - passed, 1.0 - mean, mean - (1.0 - passed), mean
 
 
 @kernel(**KERNEL)
 def flow_heat(x, pressure, film, density, length, speed):
     """Heat of the pressure-driven flow where it reaches the walls: the film convects it while it conducts.
 
-    ``length`` is C h/(12 k) of `_convected`. The gradient in the inlet is taken from ln p over ln|x|, since the
-    pressure there nears a power of x on a coarse mesh; what is left at the exit goes with the oil.
+    d(l Q)/dx = q - Q with ``length`` l = C h/(12 k), C = rho c u_r h*. The gradient in the inlet is taken from ln p
+    over ln|x|, since the pressure there nears a power of x on a coarse mesh; what is left at the exit goes with the oil.
     """
     n = x.size
     slope = np.empty(n)
@@ -209,13 +207,16 @@ def flow_heat(x, pressure, film, density, length, speed):
         _slope(distance, log_pressure, power)
         for k in range(count):
             slope[inlet[k]] = pressure[inlet[k]] / x[inlet[k]] * power[k]
-    heat = np.empty(n)
+    heat = np.zeros(n)
+    stored, last = 0.0, 0.0
     for i in range(n):
         # the flow of this very mesh (density 1 at the exit): in the contact h - h* is a small difference
-        slope[i] = max(speed * (film[i] - film[n - 1] / density[i]) * slope[i], 0.0)
-    _convected(x, slope, np.zeros(n), length, 0.0, heat)
-    for i in range(n):
-        heat[i] = heat[i] if pressure[i] > 0.0 else 0.0
+        steady = length[i] * max(speed * (film[i] - film[n - 1] / density[i]) * slope[i], 0.0)
+        if i > 0:
+            left, here, before, _ = _weights_of_cell(x[i] - x[i - 1], 0.5 * (length[i] + length[i - 1]))
+            stored = left * stored + here * steady + before * last
+        last = steady
+        heat[i] = stored / length[i] if pressure[i] > 0.0 else 0.0
     return heat
 
 
@@ -281,17 +282,16 @@ def fill_convection(nodes, x, length, wall, capacity):
     """Rows of `conducted` for a film that convects its heat.
 
     Conduction across the film in modes cos((2 n + 1) pi y/h). The first decays over C h/(pi^2 k) and has the share
-    `FIRST_MODE` of the mean rise by even heat; the others follow at once. ``length`` is C h/(12 k) as in `_convected`,
+    `FIRST_MODE` of the mean rise by even heat; the others follow at once. ``length`` is C h/(12 k),
     ``wall`` the mean surface temperature: the film lags behind its change.
     """
     nodes[KEPT, 0], nodes[HERE, 0], nodes[BEFORE, 0], nodes[LAGGED, 0] = 0.0, FIRST_MODE, 0.0, 0.0
     for i in range(1, x.size):
-        middle, step = 6.0 / math.pi**2 * (length[i] + length[i - 1]), x[i] - x[i - 1]
-        left = math.exp(-step / middle)
-        lag, slimmer = middle * (1.0 - left) / step, length[i - 1] / length[i]
-        nodes[KEPT, i], nodes[HERE, i] = left * slimmer, FIRST_MODE * (1.0 - lag)
-        nodes[BEFORE, i] = FIRST_MODE * slimmer * (lag - left)
-        cooled = FIRST_MODE * math.pi**2 / 12.0 * capacity / length[i] * lag * (wall[i] - wall[i - 1])
+        middle, slimmer = 6.0 / math.pi**2 * (length[i] + length[i - 1]), length[i - 1] / length[i]
+        left, here, before, change = _weights_of_cell(x[i] - x[i - 1], middle)
+        nodes[KEPT, i], nodes[HERE, i] = left * slimmer, FIRST_MODE * here
+        nodes[BEFORE, i] = FIRST_MODE * slimmer * before
+        cooled = FIRST_MODE * math.pi**2 / 12.0 * capacity / length[i] * change * (wall[i] - wall[i - 1])
         nodes[LAGGED, i] = nodes[KEPT, i] * nodes[LAGGED, i - 1] - cooled
 
 
