@@ -179,7 +179,8 @@ def flow_heat(x, pressure, film, density, length, speed):
     """Heat of the pressure-driven flow where it reaches the walls: the film convects it while it conducts.
 
     d(l Q)/dx = q - Q with ``length`` l = C h/(12 k), C = rho c u_r h*. The gradient in the inlet is taken from ln p
-    over ln|x|, since the pressure there nears a power of x on a coarse mesh; what is left at the exit goes with the oil.
+    over ln|x|, since the pressure there nears a power of x on a coarse mesh. What is left at the exit goes with the
+    oil.
     """
     n = x.size
     slope = np.empty(n)
