@@ -1,6 +1,7 @@
 """Film temperature of the solver against the energy equation across the film, at given pressure, film and surfaces.
 
-    python -m validation film_heat
+    python -m validation film_heat              # some states
+    python -m validation film_heat --sample 64  # states spread over temperature, pressure, speed and slip
 
 The solver takes the viscosity at the effective temperature of a film of exponential viscosity (docs/heat.md) and
 convects the heat of the shear in the first mode of conduction across the film. Here
@@ -21,6 +22,7 @@ import numpy as np
 from common import OUT, command_line, write_rows
 from scipy.linalg import solve_banded
 from scipy.optimize import brentq
+from scipy.stats import qmc
 
 import ehl
 from ehl.heat.estimate import convection_error
@@ -127,11 +129,29 @@ def film_of(result: Any) -> Film:
     return Film(x, *rows, oil, line.speed_sliding, line.speed_entrainment)
 
 
+def sampled(count: int) -> list[tuple[str, str, str, str, float, float]]:
+    """Contacts like `CASES` of six oils, 20 to 110 degC, 0.3 to 1.6 GPa, 3 to 50 m/s, slide-to-roll ratio to 1.5."""
+    oils = ("75w90", "eaxle", "fva3", "pao220", "minr", "pg_0_1")
+    unit = qmc.Sobol(5, rng=11).random(count)
+    return [
+        (
+            oils[i % 6],
+            f"{20.0 + 90.0 * a} degC",
+            f"{0.3 * (1.6 / 0.3) ** b} GPa",
+            "15 mm",
+            3.0 * (50 / 3) ** c,
+            0.03 * 50**d,
+        )
+        for i, (a, b, c, d, _) in enumerate(unit.tolist())
+    ]
+
+
 def main(argv: Sequence[str] | None = None) -> None:
     """Print and write the differences of friction in per cent."""
-    command_line(__doc__).parse_args(argv)
-    rows = []
-    for oil, temperature, pressure, radius, speed, slip in CASES:
+    parser = command_line(__doc__)
+    parser.add_argument("--sample", type=int, default=0)
+    options, rows = parser.parse_args(argv), []
+    for oil, temperature, pressure, radius, speed, slip in sampled(options.sample) if options.sample else CASES:
         result = ehl.Contact(
             oil=oil, temperature=temperature, pressure_hertz=pressure, radius_equivalent=radius,
             speed_entrainment=speed, slide_to_roll=slip,
@@ -146,6 +166,7 @@ def main(argv: Sequence[str] | None = None) -> None:
         row = {
             "oil": oil, "temperature": temperature, "pressure": pressure, "speed": speed, "slide_to_roll": slip,
             "mu": round(result.friction_coefficient, 5), "Peclet number": round(convection.peclet_film, 3),
+            "reduction of the film": round(reduction, 3), "error allowed [%]": 100.0 * convection.friction_change,
             "solver over across [%]": 100.0 * (solver / whole - 1.0),
             "without convection [%]": 100.0 * (local / whole - 1.0),
             "mid-film over across without convection [%]": 100.0 * (mid / local - 1.0),
