@@ -16,7 +16,7 @@ from common import OUT, command_line, write_rows
 import regression
 
 OILS = ("75w90", "80w90", "fva3", "eaxle", "pao220", "pg_0_1")
-PARTS = ("", "_mesh", "_film", "_fast", "_rapid", "_hot", "_uncertain", "_noise", "_hot_noise", "_paths")
+PARTS = ("", "_mesh", "_film", "_fast", "_rapid", "_pairs", "_hot", "_uncertain", "_noise", "_hot_noise", "_paths")
 DATASETS = {part: [f"gear_{oil}{part}" for oil in OILS] for part in PARTS}
 POINT = [
     "pressure_hertz", "radius_equivalent", "speed_entrainment", "slide_to_roll", "temperature_oil", "roughness_rms_1",

@@ -17,8 +17,9 @@ from typing import Any
 from unittest import mock
 
 import numpy as np
+import pandas as pd
 from common import OUT, command_line
-from mixed_scenes import eyring_oil, gaussian_pair, line, print_table, speed_of_film_ratio, write_csv
+from mixed_scenes import eyring_oil, gaussian_pair, line, speed_of_film_ratio
 
 from ehl.common.validation import validate
 from ehl.contact import Contact
@@ -83,6 +84,14 @@ def solved(case: Contact, nodes: int | None = None) -> tuple[ContactResult, floa
     return result, time.process_time() - clock
 
 
+def written(path: Path, columns: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:
+    """Print the rows and write them."""
+    table = pd.DataFrame(rows, columns=columns)
+    print(table.to_string(index=False, float_format="%.4g"), flush=True)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    table.to_csv(path, index=False)
+
+
 def budget(out: Path, seeds: int) -> None:
     """Coarser answers against the resolved one."""
     rows: list[list[Any]] = []
@@ -102,8 +111,7 @@ def budget(out: Path, seeds: int) -> None:
                 )  # fmt: skip
     columns = ("lambda", "p_h", "SR", "gamma", "lc/b", "seed", "budget", "mu", "mu coarse", "low", "high", "true",
                "reported", "own", "inside", "status", "s", "s coarse")  # fmt: skip
-    print_table("beyond the budget", columns, rows)
-    write_csv(out / "mixed_budget.csv", columns, rows)
+    written(out / "mixed_budget.csv", columns, rows)
     inside = np.array([row[14] for row in rows], dtype=bool)
     ratios = np.array([row[12] / row[11] for row in rows], dtype=float)
     wrong = np.array([row[11] for row in rows], dtype=float)
@@ -132,8 +140,7 @@ def ways(out: Path, seeds: int) -> None:
             rows.append([ratio, gpa, slip, gamma, length, thermal, seed, *mus, true, *errors, *costs])
     columns = ("lambda", "p_h", "SR", "gamma", "lc/b", "thermal", "seed", "mu short", "mu long", "difference",
                "interval short", "interval long", "s short", "s long")  # fmt: skip
-    print_table("ways of fine roughness", columns, rows)
-    write_csv(out / "mixed_ways.csv", columns, rows)
+    written(out / "mixed_ways.csv", columns, rows)
     inside = np.array([abs(row[9]) <= math.hypot(row[10], row[11]) for row in rows])
     print(f"inside both intervals: {inside.mean():.0%} of {len(rows)}")
 
@@ -157,8 +164,7 @@ def dry(out: Path, seeds: int) -> None:
             )  # fmt: skip
     columns = ("lambda", "h_b", "p_h", "SR", "gamma", "lc/b", "seed", "dry", "mu", "share", "true", "reported", "own",
                "h dry", "h", "p dry", "p", "s dry", "s")  # fmt: skip
-    print_table("dry contact", columns, rows)
-    write_csv(out / "mixed_dry.csv", columns, rows)
+    written(out / "mixed_dry.csv", columns, rows)
 
 
 def main(argv: Sequence[str] | None = None) -> None:

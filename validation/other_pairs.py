@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 from common import OUT, command_line, one_of, write_rows
 from gear_path_plan import path_points, write_table
-from shipped_formulas import OILS
+from shipped_formulas import OILS, within_scatter
 
 import regression
 from regression.data.dataset import columns, load_dataset
@@ -33,7 +33,10 @@ STATES = (
 
 
 def errors(oil: str, jobs: int | None) -> dict[str, object]:
-    """Mean and 95 % quantile of the error of mu, bias, and share of the contacts inside the interval."""
+    """Mean and 95 % quantile of the error of mu, bias, and share of the contacts inside the interval.
+
+    `widened`: inside the interval with the scatter of the mean over the profiles.
+    """
     folder = OUT / "other_pairs"
     folder.mkdir(parents=True, exist_ok=True)
     table = folder / "points.csv"
@@ -50,6 +53,7 @@ def errors(oil: str, jobs: int | None) -> dict[str, object]:
     return {
         "oil": oil, "contacts": len(frame), "mean": np.abs(error).mean(), "p95": np.quantile(np.abs(error), 0.95),
         "bias": error.mean(), "covered": np.mean((found.lower <= truth) & (truth <= found.upper)),
+        "widened": np.mean(within_scatter(found, frame)),
     }  # fmt: skip
 
 

@@ -9,7 +9,6 @@ sweep_cost.csv.
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -56,10 +55,9 @@ def main(argv: Sequence[str] | None = None) -> None:
     report("a fit to these runs, each fold by the others", held_out, seconds)
     found, scale = fit(design, seconds)
     print("its constant and terms:", ", ".join(f"{value:.3f}" for value in found), f"; factor {scale:.2f}")
-    with options.csv.open("w", newline="") as file:
-        writer = csv.writer(file)
-        writer.writerow([*NEEDED, "seconds", "estimate", "held out"])
-        writer.writerows(zip(*table.values(), seconds, estimate, held_out, strict=True))
+    pd.DataFrame(table | {"seconds": seconds, "estimate": estimate, "held out": held_out}).to_csv(
+        options.csv, index=False
+    )
 
 
 def fit(design: Array, seconds: Array) -> tuple[Array, float]:

@@ -17,10 +17,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from common import command_line
-from gear_path_plan import COLUMNS
+from gear_path_plan import write_table
 from shipped_formulas import DATA, FITTED, OILS
 
-from ehl.common.units import KELVIN
 from regression.data.dataset import load_dataset
 from regression.fitting import coefficients
 from regression.fitting.rows import usable_rows
@@ -30,7 +29,6 @@ from regression.plan.plan import Plan
 POINTS = {"gear": 380, "gear_mesh": 160, "gear_film": 260}
 CANDIDATES = 8
 MEMBERS = 8
-SCALE = {"pressure_hertz": 1e-9, "radius_equivalent": 1e3, "roughness_rms": 1e6, "correlation_length": 1e6}
 
 
 def trained() -> tuple[coefficients.FittedForm, float]:
@@ -65,11 +63,8 @@ def main(argv: Sequence[str] | None = None) -> None:
     form, mu_b = trained()
     for oil in OILS:
         points = chosen(form, mu_b, oil, selected.seed)
-        written = pd.DataFrame({head: points[name] * SCALE.get(name, 1.0) for name, head in COLUMNS.items()})
-        written[COLUMNS["temperature_oil"]] -= KELVIN
         path = selected.folder / f"gear_uncertain_{oil}.csv"
-        known = [pd.read_csv(path)] if path.exists() else []
-        pd.concat([*known, written]).to_csv(path, index=False, float_format="%.6g")
+        write_table(path, points, add=path.exists())
         print(f"{oil}: {len(points)} contacts, median scatter of ln mu {points['scatter'].median():.3f}", flush=True)
 
 
