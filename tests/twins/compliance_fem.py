@@ -7,8 +7,8 @@ conjugate gradients. As a script it draws docs/figures/tooth_compliance.png (fou
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +24,6 @@ from efficiency.contact.gear_flanks import Member
 from efficiency.contact.tooth_grid import ToothGrid, tooth_grid
 from efficiency.cutting.machine import rotation
 from efficiency.design.design import Design, load_design
-from efficiency.ltca.ritz_solid import ORDERS, Orders
 from efficiency.ltca.solid_tooth import SolidTooth, solid_tooth_of
 from ehl.common.arrays import FloatArray, IntArray
 
@@ -33,34 +32,20 @@ from ehl.common.arrays import FloatArray, IntArray
 class Counts:
     """Elements of the mesh: across the tooth, across a slot, over the depth of the tooth and of the body, along."""
 
-    tooth: int = 3
-    slot: int = 2
-    rows: int = 6
-    body: int = 4
-    along: int = 10
+    tooth: int
+    slot: int
+    rows: int
+    body: int
+    along: int
 
 
 class ToothElements:
-    """Finite elements of a ring of some teeth (`cells`), which is closed by a turn of as many pitches.
+    """Finite elements of a ring of some teeth (`cells`), which is closed by a turn of as many pitches."""
 
-    `rim` is the distance from the root cone to the base [m], `youngs_modulus` in Pa; surfaces of the body without
-    displacement are `held`: "base", "toe", "heel".
-    """
-
-    def __init__(
-        self,
-        design: Design,
-        member: Member,
-        rim: float,
-        youngs_modulus: float,
-        poisson_ratio: float,
-        counts: Counts = Counts(),
-        cells: int = 3,
-        held: frozenset[str] = frozenset({"base"}),
-    ) -> None:
-        self.counts, self.cells = counts, cells
+    def __init__(self, design: Design, member: Member, counts: Counts, cells: int) -> None:
+        self.counts, given = counts, getattr(design, member)
         self.grid = grid = tooth_grid(design.flanks(), member, counts.rows + 1, counts.along + 1)
-        azimuth, height = _section(grid, counts, cells, rim)
+        azimuth, height = _section(grid, counts, cells, given.body.thickness(given.blank))
         self.columns, levels = azimuth.shape[1] - 1, azimuth.shape[0] - 1
         index = MeshHex.init_tensor(*(np.arange(n + 1.0) for n in (counts.along, levels, self.columns)))
         centre = index.p[:, index.t].mean(axis=1)
@@ -71,7 +56,8 @@ class ToothElements:
         points = grid.point(azimuth[level, column, station], grid.u[0, station], height[level, station])
         mesh = MeshHex(np.ascontiguousarray(points.T), index.t)
         self.basis = Basis(mesh, ElementHex2(), intorder=4)
-        stiffness = elasticity(self.basis, youngs_modulus, poisson_ratio)
+        material = given.elastic_material()
+        stiffness = elasticity(self.basis, material.youngs_modulus, material.poisson_ratio)
         # places of all nodes of the elements, twice the index of a corner
         places = (2.0 * Basis(index, ElementHex2(), intorder=1).doflocs).round().astype(np.int64)
         body = places[1] <= 2 * counts.body
@@ -80,7 +66,7 @@ class ToothElements:
             "toe": (places[0] == 0) & body,
             "heel": (places[0] == 2 * counts.along) & body,
         }
-        fixed = np.any([held_at[name] for name in held], axis=0)
+        fixed = np.any([held_at[name] for name in given.body.held], axis=0)
         last = places[2] == 2 * self.columns
         first = (places[2] == 0) & body
         # both in the order of stations and levels
@@ -157,15 +143,13 @@ class NinePoints:
     """Deflection at nine points of a flank, three heights by three places along the face, by finite elements.
 
     Distance from the toe and over the root cone [m], (9,); deflection of the points per unit force on each of them, and
-    of the same points of the next tooth in rising azimuth [m/N], (9, 9); unknowns of the elements, time [s].
+    of the same points of the next tooth in rising azimuth [m/N], (9, 9).
     """
 
     face: FloatArray
     height: FloatArray
     own: FloatArray
     ahead: FloatArray
-    unknowns: int
-    seconds: float
 
     def errors(self, tooth: SolidTooth) -> FloatArray:
         """Difference of a tooth model, away from the load and in the unit of the largest deflection there, (72,)."""
@@ -176,13 +160,7 @@ class NinePoints:
 
 def nine_points(design: Design, member: Member, counts: Counts, cells: int) -> NinePoints:
     """Finite elements of one member, loaded on its drive flank."""
-    given = design.pinion if member == "pinion" else design.gear
-    material, blank = given.elastic_material(), given.blank
-    clock = time.perf_counter()
-    elements = ToothElements(
-        design, member, given.body.thickness(blank), material.youngs_modulus, material.poisson_ratio, counts, cells,
-        frozenset(given.body.held),
-    )  # fmt: skip
+    elements = ToothElements(design, member, counts, cells)
     grid = elements.grid
     upper = grid.sides[1] == design.flanks().loaded_side(member, "drive")
     levels = [round(share * counts.rows) for share in (0.25, 0.625, 1.0)]
@@ -196,9 +174,8 @@ def nine_points(design: Design, member: Member, counts: Counts, cells: int) -> N
         turned = normals @ rotation(grid.pitch).T
         ahead = elements.at(deflection, elements.node(rows, columns, upper, 1), turned)
     face = grid.u[0] - grid.u[0, 0]
-    height = grid.height[rows, columns] - blank.root(grid.u[0, columns])
-    seconds = time.perf_counter() - clock
-    return NinePoints(face[columns], height, own, ahead, elements.stiffness.shape[0], seconds)
+    height = grid.height[rows, columns] - grid.blank.root(grid.u[0, columns])
+    return NinePoints(face[columns], height, own, ahead)
 
 
 def influence(tooth: SolidTooth, face: FloatArray, height: FloatArray) -> FloatArray:
@@ -206,43 +183,19 @@ def influence(tooth: SolidTooth, face: FloatArray, height: FloatArray) -> FloatA
     return tooth.influences([(face, height, np.zeros(face.size, np.int64))])[0]
 
 
-def scaled_orders(factor: float) -> Orders:
-    """All orders of the solid tooth times a factor, rounded, at least 2."""
-    tooth, body = (tuple(max(2, round(factor * n)) for n in orders) for orders in (ORDERS.tooth, ORDERS.body))
-    return Orders(tooth, body)
-
-
-def line_load(tooth: SolidTooth) -> FloatArray:
-    """Deflection along two lines of contact under their even load: along the middle, and from root to tip [m/N]."""
-    face = np.linspace(0.05, 0.95, 121) * tooth.face_width
-    lines = []
-    for low, high in ((0.5, 0.5), (0.25, 0.95)):
-        matrix = influence(tooth, face, np.linspace(low, high, face.size) * tooth.whole_depth(face))
-        lines.append(matrix.mean(axis=1))
-    return np.concatenate(lines)
-
-
-MEMBERS: tuple[tuple[str, Member], ...] = (
-    ("fm_spiral_bevel_14x39", "pinion"),
-    ("fm_spiral_bevel_14x39", "gear"),
-    ("fh_hypoid_9x34", "pinion"),
-    ("fh_hypoid_9x34", "gear"),
-)
-COUNTS = Counts(3, 3, 8, 4, 16)
-
-
 def main() -> None:
     """Draw docs/figures/tooth_compliance.png: deflection at nine points of four members by elements and models."""
     figure = Figure(figsize=(8.0, 7.0), layout="constrained")
     panels = figure.subplots(2, 2).ravel()
     away = ~np.eye(9, dtype=bool)
-    for axes, (name, member) in zip(panels, MEMBERS, strict=True):
+    members: tuple[Member, Member] = ("pinion", "gear")
+    for axes, (name, member) in zip(panels, product(("fm_spiral_bevel_14x39", "fh_hypoid_9x34"), members), strict=True):
         design = load_design(name)
         solid = solid_tooth_of(design.flanks(), getattr(design, member).tooth_body(), member, "drive", cells=3)
-        points = nine_points(design, member, COUNTS, 3)
+        points = nine_points(design, member, Counts(3, 3, 8, 4, 16), 3)
         errors = points.errors(solid)
         worst, rms = 100 * np.abs(errors).max(), 100 * np.sqrt(np.mean(errors**2))
-        print(f"{name} {member}: away from the load worst {worst:.1f} %, rms {rms:.1f} %; {points.seconds:.0f} s")
+        print(f"{name} {member}: away from the load worst {worst:.1f} %, rms {rms:.1f} %")
         x = 1e9 * points.own[away]
         axes.loglog(x, x, color="#909090", lw=1)
         of_solid = influence(solid, points.face, points.height)[away]

@@ -32,15 +32,14 @@ def material_point_matrix(x: Any, speed: float, body: Any) -> np.ndarray:
     return np.asarray(matrix / (math.sqrt(math.pi * speed) * body.thermal_effusivity))
 
 
-def material_point_matrices(x: Any, contact: Any, bodies: Any) -> Any:
-    """As `ehl.heat.conduction.surface_matrices`."""
-    speeds = (contact.speed_1, contact.speed_2)
-    return tuple(material_point_matrix(x, u, body) for u, body in zip(speeds, bodies, strict=True))
-
-
 def conducts_like_the_transient_solver(monkeypatch: Any) -> None:
     """Let the steady heat balance use one-dimensional conduction."""
-    monkeypatch.setattr(ehl.smooth.hot_film, "surface_matrices", material_point_matrices)
+
+    def matrices(x: Any, contact: Any, bodies: Any) -> Any:
+        speeds = (contact.speed_1, contact.speed_2)
+        return tuple(material_point_matrix(x, u, body) for u, body in zip(speeds, bodies, strict=True))
+
+    monkeypatch.setattr(ehl.smooth.hot_film, "surface_matrices", matrices)
 
 
 def at_mid_film(monkeypatch: Any) -> None:

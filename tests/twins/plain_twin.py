@@ -155,8 +155,7 @@ class PlainTwin:
         while done < 1.0:
             here = min(done + part, 1.0)
             blend = [a + here * (b - a) for a, b in zip(self.last, problem, strict=True)] if here < 1.0 else problem
-            self.converged = self._converge(blend)
-            if self.converged:
+            if self._converge(blend):
                 start, done = (self.p, self.c, self.level), here
                 continue
             part *= 0.25
@@ -205,9 +204,8 @@ class PlainTwin:
         by_gap *= weight[:, None]
         ends = np.arange(n)
         ph = self.contact.pressure_hertz
-        by_pressure[ends, ends] -= np.where(
-            self.p > 0.0, self.lubricant.compression.slope(np.maximum(self.p, 0.0) * ph) * ph * h, 0.0
-        )
+        denser = self.lubricant.compression.slope(np.maximum(self.p, 0.0) * ph) * ph
+        by_pressure[ends, ends] -= np.where(self.p > 0.0, denser * h, 0.0)
         by_gap[ends, ends] -= rho
         local = self.matrix[0, 0] - self.matrix[0, 1]
         stiffness = np.abs(np.diag(by_pressure)) + local

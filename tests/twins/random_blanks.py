@@ -37,11 +37,8 @@ HEADS = (3, 5, 7, 11, 13, 17)
 TRANSMISSION_LIMIT = 0.02
 # stage and field or reason of the error
 REASONS = {
-    *(
-        f"blank:{field}"
-        for field in ("hypoid_offset", "cutter_radius", "shaft_angle", "face_width_gear", "depth", "taper")
-    ),
-    *("blank:pressure_angle.drive", "blank:pressure_angle.coast"),
+    *("blank:hypoid_offset", "blank:cutter_radius", "blank:shaft_angle", "blank:face_width_gear", "blank:depth"),
+    *("blank:taper", "blank:pressure_angle.drive", "blank:pressure_angle.coast"),
     *(f"gear:{reason}" for reason in ("undercut", "flank", "gear_settings", "cutter_radius")),
     *("pinion:undercut", "pinion:no_mesh"),
     *(f"contact:{reason}" for reason in ("undercut", "flank", "no_mesh", "no_contact", "map", "transmission")),
@@ -180,21 +177,16 @@ def formate(content: dict[str, Any], index: int) -> bool:
 
 
 class Refused(Exception):
-    """A stage said no."""
-
-    def __init__(self, stage: str, reason: str, detail: str) -> None:
-        self.stage, self.reason, self.detail = stage, f"{stage}:{reason}", detail
-        super().__init__(detail)
+    """A stage said no: stage and reason, and in words."""
 
 
 def run_stage(stage: str, function: Any, *arguments: Any) -> Any:
     """One stage; errors meant for a user become `Refused`."""
     try:
         return function(*arguments)
-    except InputError as error:
-        raise Refused(stage, error.field, str(error)) from None
-    except ConvergenceError as error:
-        raise Refused(stage, error.reason, str(error)) from None
+    except (InputError, ConvergenceError) as error:
+        reason = error.field if isinstance(error, InputError) else error.reason
+        raise Refused(f"{stage}:{reason}", str(error)) from None
 
 
 def check_contact(pair: PairBlank, gear_cutting: str) -> None:
@@ -210,11 +202,10 @@ def check_contact(pair: PairBlank, gear_cutting: str) -> None:
         raise ArithmeticError(f"transmission error {math.degrees(error):.3g} deg, undercut {surface.undercut}")
 
 
-def run_case(seed: int, index: int, until: str) -> dict[str, Any]:
+def run_case(seed: int, index: int, until: str) -> dict[str, str]:
     """Outcome of one random blank, until "blank" or "contact"; never raises."""
     content = blank_content(seed, index)
     gear = "formate" if formate(content, index) else "generated"
-    result: dict[str, Any] = {"seed": seed, "index": index}
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
@@ -222,21 +213,20 @@ def run_case(seed: int, index: int, until: str) -> dict[str, Any]:
             json.dumps(asdict(pair), allow_nan=False, default=str)  # all numbers are finite
             if until != "blank":
                 check_contact(pair, gear)
-        result |= {"outcome": "answered", "stage": until}
     except Refused as refusal:
-        outcome = "refused" if refusal.reason in REASONS else "wrong"
-        result |= {"outcome": outcome, "stage": refusal.stage, "reason": refusal.reason, "detail": refusal.detail}
+        reason, detail = refusal.args
+        return {"outcome": "refused" if reason in REASONS else "wrong", "reason": reason, "detail": detail}
     except Exception as error:
-        result |= {"outcome": "wrong", "stage": "", "reason": type(error).__name__, "detail": str(error)}
-    return result
+        return {"outcome": "wrong", "reason": type(error).__name__, "detail": str(error)}
+    return {"outcome": "answered"}
 
 
-def run_cutter(seed: int, index: int) -> tuple[str, str]:
-    """Outcome and detail of one random cutter reaching too deep: "answered", "refused" (by both blades) or "wrong"."""
+def run_cutter(seed: int, index: int) -> str:
+    """Outcome of one random cutter reaching too deep: "answered", "refused" (by both blades) or what is wrong."""
     try:
         flank, depth = random_cut(seed, index)
-    except (InputError, ConvergenceError) as error:
-        return "refused", str(error)
+    except (InputError, ConvergenceError):
+        return "refused"
     blank = flank.blank
     u, v = (grid.ravel() for grid in np.meshgrid(np.linspace(-0.5, 0.5, 7), np.linspace(0.0, 1.0, 6)))
     u = u * blank.face_width
@@ -247,16 +237,15 @@ def run_cutter(seed: int, index: int) -> tuple[str, str]:
             found.append(blade.solve(u, h))
         except ConvergenceError as error:
             found.append(error)
-    plain, deep = found
-    if isinstance(plain, ConvergenceError) or isinstance(deep, ConvergenceError):
-        both = isinstance(plain, ConvergenceError) and isinstance(deep, ConvergenceError)
-        return ("refused" if both else "wrong"), f"{plain if not both else ''} {deep}"
-    (points, exists), (others, also) = plain, deep
+    failed = [isinstance(each, ConvergenceError) for each in found]
+    if any(failed):
+        return "refused" if all(failed) else f"wrong: {found}"
+    (points, exists), (others, also) = found
     flank_part = exists & (flank.regression(points.parameters) > 0.0) if flank.machine.generation.rolls else exists
     lost = int((flank_part & ~also).sum())
     off = np.linalg.norm(points.position - others.position, axis=0)[flank_part & also].max(initial=0.0)
     right = flank_part.any() and not lost and off < 1e-9
-    return ("answered" if right else "wrong"), f"{flank_part.sum()} points, {lost} lost, {off * 1e9:.3g} nm off"
+    return "answered" if right else f"wrong: {flank_part.sum()} points, {lost} lost, {off * 1e9:.3g} nm off"
 
 
 def main() -> None:

@@ -25,9 +25,9 @@ VISCOSITY, ALPHA = 0.04, 18e-9
 FARTHEST = 12.0  # reach of the linear mesh ahead of the contact [b]
 
 
-def oil_of(law: str = "roelands") -> Lubricant:
+def oil_of() -> Lubricant:
     """Newtonian oil of both studies."""
-    return eyring_oil(VISCOSITY, ALPHA, rheology="newtonian", viscosity_law=law)
+    return eyring_oil(VISCOSITY, ALPHA, rheology="newtonian")
 
 
 def curve(g: float) -> float:

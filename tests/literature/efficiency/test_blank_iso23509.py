@@ -100,10 +100,7 @@ EXPLAINED = {
     ("f3", "dmn1"): 6.0,
     ("f3", "dmn2"): 4.0,
     # 0.002 deg: a 0.0016 deg smaller beta_m2 in the print would give all four
-    ("f3", "beta_e1"): 2.5,
-    ("f3", "beta_i1"): 2.5,
-    ("f3", "beta_e2"): 2.5,
-    ("f3", "beta_i2"): 2.5,
+    **{("f3", symbol): 2.5 for symbol in ("beta_e1", "beta_i1", "beta_e2", "beta_i2")},
     # de1 = 2 Re1 sin delta1 with Re1 and delta1 rounded
     ("f3", "de1"): 1.5,
     # unexplained: d_mn sin(s_mn/d_mn) of the printed d_mn, s_mn is 4.921, and the printed h_amc1 is h_am1 itself
@@ -125,14 +122,6 @@ def test_every_printed_dimension(key: str) -> None:
     assert {s: round(n, 1) for s, n in off.items() if n > EXPLAINED.get((key, s), 1.05)} == {}
     # most to half a unit: rounded intermediate values of the print are the exception
     assert sum(n <= 0.5 for n in off.values()) > 0.8 * len(off)
-
-
-def test_f2_from_the_factors_of_type_two() -> None:
-    # the unrounded factors move what depends on them by up to 3.4 units (t_zR1), addenda by 0.0013 mm
-    pair = pair_blank(load_blank("iso23509_f2"))
-    off = {s: units_off(ours(pair, s), text) for s, text in REFERENCE["samples"]["f2"].items() if s not in INTERMEDIATE}
-    assert max(off.values()) < 3.5
-    assert ours(pair, "ham2") == pytest.approx(1.58976, abs=1e-5)
 
 
 @pytest.mark.parametrize(("key", "trials", "low", "high"), [("f3", 3, 1e-6, 1e-4), ("f4", 1, 0.003, 0.01)])
@@ -169,9 +158,8 @@ def test_slots_and_top_lands_of_agma_929_c() -> None:
     c_ham = given["ham2"] / (2.0 * module)
     shift = 2.0 * (0.5 - c_ham)
     k_t = (given["smn1"] - given["smn2"] - 4.0 * module * shift * tan20) / (2.0 * module)
-    depth = inputs.depth.model_copy(
-        update={"gear_addendum_factor": c_ham, "clearance_factor": given["c"] / (2.0 * module), "thickness_factor": k_t}
-    )
+    factors = {"gear_addendum_factor": c_ham, "clearance_factor": given["c"] / (2.0 * module), "thickness_factor": k_t}
+    depth = inputs.depth.model_copy(update=factors)
     taper = inputs.taper
     # theta_f1 of the annex is 2.2259 deg
     taper = taper.model_copy(update={"addendum_angle_gear": 2.2259 / DEG, "dedendum_angle_gear": 6.4935 / DEG})
@@ -191,9 +179,8 @@ def test_slots_and_top_lands_of_agma_929_c() -> None:
 def slot_geometry(printed: dict[str, Any]) -> SlotGeometry:
     """Slots of a Formate pair from the finished blank an annex starts from."""
     given = {name: float(text) for name, text in printed["inputs"].items()}
-    angle = {
-        name: radians(given[name]) for name in given if name.split("_")[0] in ("delta1", "delta2", "theta", "beta")
-    }
+    angles = ("delta1", "delta2", "theta", "beta")
+    angle = {name: radians(value) for name, value in given.items() if name.split("_")[0] in angles}
     alphas = radians(given["alpha_cv1"]), radians(given["alpha_cx1"])
     rm1, rm2, z_0 = given["Rm1"] / MM, given["Rm2"] / MM, int(given["z0"])
     d_1, d_2, radius = angle["delta1"], angle["delta2"], given["r_c0"] / MM
@@ -248,13 +235,8 @@ def test_formate_blank_of_agma_929_d_from_what_the_designer_types() -> None:
             for place, value in enumerate(values):
                 # W_m2: see above. Lands of the gear: the annex subtracts the clearance of the gear root from h_fm1,
                 # which gives 1.404 mm in place of its printed addendum of 1.531 mm
-                limit = (
-                    0.026
-                    if (symbol, index) == ("s_an", 2)
-                    else 0.019
-                    if (symbol, index, place) == ("W_", 2, 1)
-                    else 0.004
-                )
+                limit = 0.026 if (symbol, index) == ("s_an", 2) else 0.004
+                limit = 0.019 if (symbol, index, place) == ("W_", 2, 1) else limit
                 assert value * MM == pytest.approx(float(printed[f"{symbol}{index}"][place]), rel=limit)
     assert all(point.member == "pinion" for point in pair.undercut)
 
@@ -262,11 +244,9 @@ def test_formate_blank_of_agma_929_d_from_what_the_designer_types() -> None:
 def test_method_1_against_the_blank_of_agma_929_d() -> None:
     # the annex gives a finished blank whose pinion is not exactly tangent: R_m1 and R_e1 differ by 0.3 mm
     pair = pair_blank(load_blank("fm_hypoid_11x45"))
-    for symbol, text in REFERENCE["agma929_d"].items():
-        if symbol in ("inputs", "results"):
-            continue
+    for symbol in REFERENCE["agma929_d"].keys() - {"inputs", "results"}:
         limit = {"Rm1": 0.45, "Re1": 0.45, "smn1": 0.02, "smn2": 0.02}.get(symbol, 0.01)
-        assert ours(pair, symbol) == pytest.approx(float(text), abs=limit), symbol
+        assert ours(pair, symbol) == pytest.approx(float(REFERENCE["agma929_d"][symbol]), abs=limit), symbol
 
 
 def test_method_1_against_a_gleason_dimension_sheet() -> None:
@@ -528,23 +508,16 @@ def test_measured_parts_of_high_reductions(name: str) -> None:
     part = REFERENCE["high_reduction"][name]
     given, angle = part["inputs"], {symbol: radians(float(part[symbol])) for symbol in part if symbol[:5] == "delta"}
     inputs: dict[str, Any] = {
-        "name": name,
-        "method": 1,
-        "process": "face_milling",
-        "teeth_pinion": given["teeth"][0],
-        "teeth_gear": given["teeth"][1],
-        "hand_pinion": part["hand_pinion"],
-        "hypoid_offset": f"{given['offset']} mm",
-        "outer_pitch_diameter_gear": f"{given['outer_diameter']} mm",
-        "face_width_gear": f"{given['face_width']} mm",
+        "name": name, "method": 1, "process": "face_milling", "teeth_pinion": given["teeth"][0],
+        "teeth_gear": given["teeth"][1], "hand_pinion": part["hand_pinion"],
+        "hypoid_offset": f"{given['offset']} mm", "outer_pitch_diameter_gear": f"{given['outer_diameter']} mm",
+        "face_width_gear": f"{given['face_width']} mm", "cutter_radius": f"{given['cutter_radius']} mm",
         "mean_spiral_angle_pinion": f"{given['spiral_pinion']} deg",
-        "cutter_radius": f"{given['cutter_radius']} mm",
         "taper": {
-            "type": "given",
-            "addendum_angle_gear": angle["delta_a2"] - angle["delta2"],
+            "type": "given", "addendum_angle_gear": angle["delta_a2"] - angle["delta2"],
             "dedendum_angle_gear": angle["delta2"] - angle["delta_f2"],
         },
-    }
+    }  # fmt: skip
 
     def mean_height(kind: str, cone: str, member: int, outside: float) -> float:
         """Height at the calculation point from the one at the heel [mm]."""

@@ -55,9 +55,8 @@ def test_deviation_is_that_of_the_page() -> None:
     page = (ROOT / "docs" / "validation_truth.md").read_text(encoding="utf-8")
     row = re.search(r"\| mean mesh friction \| (\d+) \| \+(\d+) % \| (\d+) %", page)
     known = measured_states()
-    assert [known["states"], round(100 * known["bias"]), round(100 * known["deviation"])] == [
-        int(n) for n in row.groups()
-    ]
+    figures = known["states"], round(100 * known["bias"]), round(100 * known["deviation"])
+    assert figures == tuple(map(int, row.groups()))
 
 
 # C40, 215 N m, 1200 rpm of the wheel (6.9 m/s), 80 degC, Ra 0.4 um

@@ -24,6 +24,7 @@ from efficiency.machine_settings.gear import PairDimensions, cut_gear, pair_dime
 from efficiency.machine_settings.generating import tilt_and_swivel
 from efficiency.machine_settings.inputs import FlankTarget, load_targets
 from efficiency.machine_settings.solve import free_settings
+from ehl.common.units import ARCSEC
 
 DEG, TARGET = np.pi / 180.0, FlankTarget()
 
@@ -89,8 +90,7 @@ def test_given_settings(side: FlankSide, rms: float, largest: float, missing: in
     assert np.sum(~now.found) == pytest.approx(missing, abs=1)
 
     mesh = transmission(mesh_surface(mate, flank, pair.assembly))
-    arcsec = np.degrees(1.0) * 3600.0
-    assert mesh.peak_to_peak * arcsec == pytest.approx(together, abs=0.3)
+    assert mesh.peak_to_peak / ARCSEC == pytest.approx(together, abs=0.3)
 
 
 def target_flanks(offset: float, root_weight: float) -> list[TargetFlank]:
@@ -103,17 +103,15 @@ def target_flanks(offset: float, root_weight: float) -> list[TargetFlank]:
 @pytest.mark.parametrize(("offset", "convex", "concave"), [(0.03175, 0.51, 0.48), (0.010, 0.50, 0.48)])
 def test_setting_per_flank_reaches_the_given_residuals(offset: float, convex: float, concave: float) -> None:
     tilt = FitParameter("machine", "tilt", 0.01)
-    radial, *blade = (
-        PARAMETERS[name] for name in ("radial_setting", "point_radius", "blade_angle", "curvature", "phase")
-    )
-    free = [radial, tilt, *blade]
+    names = ("radial_setting", "point_radius", "blade_angle", "curvature", "phase")
+    radial, *blade = (PARAMETERS[name] for name in names)
     found = {}
     for wanted in target_flanks(offset, 0.0):
         # tilt alone is free, its direction is held: no free axis
         flank = tilt_and_swivel(wanted.flank)
         shift = np.array([[0.0], [flank.index_zero - wanted.flank.index_zero], [0.0]])
         held = replace(wanted, flank=flank, parameters=wanted.parameters + shift)
-        result = fit([held], (), tuple(free))
+        result = fit([held], (), (radial, tilt, *blade))
         found[flank.side] = result.rms * 1e6
         assert result.iterations < 12
     assert found["convex"] == pytest.approx(convex, abs=0.02)

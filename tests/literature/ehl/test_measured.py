@@ -44,9 +44,8 @@ def hamrock_dowson_1977(viscosity: float, alpha: float, speed: float, load: floa
 
 def test_oils_come_out_in_the_published_order() -> None:
     """Naphthenic, paraffinic of VG 100; mineral, PAO, ester of VG 320; polyglycol level with ester."""
-    friction = {
-        oil: mu(oil, 80.0, 1.0, 10.0, 2.0, 0.1) for oil in ("n100", "m100", "minr", "paor", "pao100", "estr", "pagd")
-    }
+    oils = ("n100", "m100", "minr", "paor", "pao100", "estr", "pagd")
+    friction = {oil: mu(oil, 80.0, 1.0, 10.0, 2.0, 0.1) for oil in oils}
     for grade in (("n100", "m100", "pao100"), ("minr", "paor", "estr")):
         assert min(friction[first] / friction[second] for first, second in pairwise(grade)) > 1.0
     assert friction["pagd"] == pytest.approx(friction["estr"], rel=0.15)
@@ -87,9 +86,8 @@ def test_computed_friction_of_the_page_on_shear() -> None:
         oil: np.array([mu(oil, t, p, 5.0, 2.0, s) for p, t, s in product((0.6, 1.0), (60.0, 80.0), (0.03, 0.12))])
         for oil in ("minr", "paor", "estr", "pagd")
     }
-    gears = [
-        mu(oil, t, p, 20.0, u, 0.2) for oil, p, t, u in product(("fva3", "minr"), (0.8, 1.2), (60.0, 90.0), (2.0, 8.0))
-    ]
+    states = product(("fva3", "minr"), (0.8, 1.2), (60.0, 90.0), (2.0, 8.0))
+    gears = [mu(oil, t, p, 20.0, u, 0.2) for oil, p, t, u in states]
     found = {
         "thrust ball bearings, saturated": ball,
         "roller bearings": [float(np.mean(roller[oil] / roller["minr"])) for oil in ("paor", "estr", "pagd")],

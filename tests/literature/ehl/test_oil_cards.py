@@ -49,13 +49,10 @@ def test_fva_400_oils_have_the_viscosity_of_their_source_over_pressure_and_tempe
             density = float(oil.density(celsius + KELVIN))
         ambient = math.log(1e-6 * nu * density)
         for gigapascal in (0.0, 0.2, 0.5, 0.8, 1.2):
-            found = float(
-                oil.at(celsius + KELVIN).log_viscosity(np.array(gigapascal * 1e9), np.array(celsius + KELVIN))
-            )
-            assert found == pytest.approx(ambient + rise_fva(row, 1e4 * gigapascal, celsius), abs=0.006)
-            assert rise(card, gigapascal * 1e9, celsius) == pytest.approx(
-                rise_fva(row, 1e4 * gigapascal, celsius), rel=1e-6
-            )
+            kelvin, wanted = celsius + KELVIN, rise_fva(row, 1e4 * gigapascal, celsius)
+            found = float(oil.at(kelvin).log_viscosity(np.array(gigapascal * 1e9), np.array(kelvin)))
+            assert found == pytest.approx(ambient + wanted, abs=0.006)
+            assert rise(card, gigapascal * 1e9, celsius) == pytest.approx(wanted, rel=1e-6)
     assert oil.density(15.0 + KELVIN) == pytest.approx(1e3 * row["rho15_g_ml"], rel=1e-4) or card in PLACEHOLDER_DENSITY
     # slopes and secants of the table; its last printed digit is 0.1 1/GPa
     for celsius in (40, 100):
@@ -207,10 +204,8 @@ def test_names_of_generic_oils() -> None:
     assert generic_name("polyglycol vg460") == {"base": "polyglycol", "iso_vg": 460}
     assert generic_name("75w90") is generic_name("fva3") is None
     assert Oil.load("mineral vg 220").viscosity_kinematic_40 == pytest.approx(220e-6)
-    assert (
-        generic_card("ester", iso_vg=100)["uncertainty"]["viscosity"]
-        > generic_card("ester", 1e-4, 1.4e-5)["uncertainty"]["viscosity"]
-    )
+    by_grade, by_figures = generic_card("ester", iso_vg=100), generic_card("ester", 1e-4, 1.4e-5)
+    assert by_grade["uncertainty"]["viscosity"] > by_figures["uncertainty"]["viscosity"]
 
 
 # ASTM D2270: its two worked examples, printed as whole numbers, with L and H of its table

@@ -14,9 +14,6 @@ from ehl.fluid.viscosity import GOLD_COEFFICIENTS, gold_2001, walther_1931, walt
 from ehl.line_contact import LineContact
 from ehl.material import Material, effective_modulus
 
-ROELANDS = Lubricant(0.02, 18e-9, viscosity_law="roelands")
-BARUS = Lubricant(0.02, 18e-9, viscosity_law="barus")
-
 
 @pytest.mark.parametrize(
     ("base", "at_1_cst", "at_100_cst"),
@@ -60,7 +57,8 @@ def test_walther_between_its_points_by_hand() -> None:
 
 def test_laws_of_viscosity_and_density_by_hand() -> None:
     """eta = eta0 exp((ln eta0 + 9.67)((1 + p/1.96e8)^z - 1)), z = alpha 1.96e8/(ln eta0 + 9.67); Barus and density."""
-    assert float(BARUS.viscosity(np.array([0.1e9]))[0]) == pytest.approx(0.02 * math.exp(1.8), rel=1e-12)
+    roelands, barus = (Lubricant(0.02, 18e-9, viscosity_law=law) for law in ("roelands", "barus"))
+    assert float(barus.viscosity(np.array([0.1e9]))[0]) == pytest.approx(0.02 * math.exp(1.8), rel=1e-12)
     # 870 kg/m3 at 15 degC falls by 0.0675 % a kelvin: 820.0 at 100 degC; 1 + 0.6/2.7 times as dense under 1 GPa
     assert density_at(373.15, 870.0, -6.75e-4) == pytest.approx(870.0 * (1.0 - 0.057375), rel=1e-12)
     np.testing.assert_allclose(dowson_higginson_1966(np.array([0.0, 1e9, 2e9])), [1.0, 1 + 0.6 / 2.7, 1 + 1.2 / 4.4])
@@ -68,7 +66,7 @@ def test_laws_of_viscosity_and_density_by_hand() -> None:
     z = 18e-9 * 1.96e8 / level
     for pressure in (0.2e9, 1e9, 2e9):
         expected = 0.02 * math.exp(level * ((1.0 + pressure / 1.96e8) ** z - 1.0))
-        assert float(ROELANDS.viscosity(np.array([pressure]))[0]) == pytest.approx(expected, rel=1e-12)
+        assert float(roelands.viscosity(np.array([pressure]))[0]) == pytest.approx(expected, rel=1e-12)
 
 
 def test_roelands_falls_with_temperature_as_a_power_of_t_minus_138() -> None:
@@ -96,9 +94,8 @@ def test_groups_of_the_line_contact_by_hand() -> None:
     assert contact.slide_to_roll_total == pytest.approx(1.0, rel=1e-12)
     assert contact.sliding_cosine == pytest.approx(0.6, rel=1e-12)
     assert (contact.speed_1, contact.speed_2) == pytest.approx((6.5, 3.5), rel=1e-12)
-    assert contact.load_per_length == pytest.approx(
-        math.pi / 2 * contact.half_width * contact.pressure_hertz, rel=1e-12
-    )
+    load = math.pi / 2 * contact.half_width * contact.pressure_hertz
+    assert contact.load_per_length == pytest.approx(load, rel=1e-12)
     given = LineContact.from_pressure(
         radius_equivalent=0.02, effective_modulus=200e9, pressure_hertz=1e9, speed_entrainment=5.0, slide_to_roll=-0.4
     )

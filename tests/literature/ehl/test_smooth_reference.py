@@ -21,26 +21,16 @@ CASES = {c["name"]: c for c in json.loads(data_path("reference", "ehl_smooth_cas
 TOLERANCE = {"fast": 1e-2, "standard": 5e-3, "reference": 5e-4}
 
 
-def contact_of(inputs):
-    contact = LineContact(inputs["R"], inputs["E_prime"], inputs["w"], inputs["u_r"], inputs["SRR"])
-    lubricant = Lubricant(
-        inputs["eta0"],
-        inputs["alpha"],
-        inputs["viscosity"],
-        compression=INCOMPRESSIBLE
-        if inputs["density"] == "incompressible"
-        else DowsonHigginson(inputs["rho_a"], inputs["rho_b"]),
-        rheology=inputs["rheology"],
-        eyring_stress=inputs["tau0"] or 5e6,
-    )
-    return contact, lubricant
-
-
 @pytest.mark.parametrize("accuracy", list(TOLERANCE))
 @pytest.mark.parametrize("name", list(CASES))
 def test_films_friction_and_pressure(name, accuracy):
-    outputs = CASES[name]["outputs"]
-    result = solve_steady(*contact_of(CASES[name]["inputs"]), accuracy=accuracy)
+    given, outputs = CASES[name]["inputs"], CASES[name]["outputs"]
+    contact = LineContact(given["R"], given["E_prime"], given["w"], given["u_r"], given["SRR"])
+    incompressible = given["density"] == "incompressible"
+    density = INCOMPRESSIBLE if incompressible else DowsonHigginson(given["rho_a"], given["rho_b"])
+    law = {"rheology": given["rheology"], "eyring_stress": given["tau0"] or 5e6, "compression": density}
+    lubricant = Lubricant(given["eta0"], given["alpha"], given["viscosity"], **law)
+    result = solve_steady(contact, lubricant, accuracy=accuracy)
     assert result.status == "converged"
     assert result.fallbacks == ()
     tolerance = TOLERANCE[accuracy]

@@ -49,9 +49,9 @@ def test_path_and_transmission_error_against_direct_tangency(name: str, side: An
 
 def test_edges_of_both_members_against_direct_tangency(design: Design) -> None:
     touched, compared = set(), 0
-    drive, coast = ({"E": 3e-4}, {"P": -2e-4}), ({"G": 2e-4}, {"P": -1e-4})
-    for side, state in (*(("drive", state) for state in drive), *(("coast", state) for state in coast)):
-        pinion, gear = design.flanks().mating(side)  # type: ignore[arg-type]
+    states = [("drive", {"E": 3e-4}), ("drive", {"P": -2e-4}), ("coast", {"G": 2e-4}), ("coast", {"P": -1e-4})]
+    for side, state in states:
+        pinion, gear = design.flanks().mating(side)
         surface = mesh_surface(gear, pinion, design.with_misalignment(**state).placement())
         path = contact_path(surface, surface.error_maximum_roll + np.linspace(-1.0, 1.0, 13) * surface.pitch)
         assert path.settled.all()
@@ -95,16 +95,12 @@ MILLED: dict[str, Any] = {
 }  # fmt: skip
 
 
-def surface_of(content: dict[str, Any]) -> MeshSurface:
-    """Generated gear and the pinion conjugate to it less `RELIEF`."""
-    geometry = pair_dimensions(pair_blank(validate(PairBlankInput, content)))
-    gear = cut_gear(geometry).flank("convex")
-    return mesh_surface(gear, conjugate_flank(gear, geometry.pinion, geometry.assembly, RELIEF), geometry.assembly)
-
-
 @pytest.fixture(scope="module", params=[HOBBED, MILLED], ids=["hobbed", "milled"])
 def surface(request: pytest.FixtureRequest) -> MeshSurface:
-    return surface_of(request.param)
+    """Generated gear and the pinion conjugate to it less `RELIEF`."""
+    geometry = pair_dimensions(pair_blank(validate(PairBlankInput, request.param)))
+    gear = cut_gear(geometry).flank("convex")
+    return mesh_surface(gear, conjugate_flank(gear, geometry.pinion, geometry.assembly, RELIEF), geometry.assembly)
 
 
 def test_ease_off_is_the_one_asked_for(surface: MeshSurface) -> None:
@@ -124,9 +120,8 @@ def test_ease_off_is_the_one_asked_for(surface: MeshSurface) -> None:
 def test_a_contact_out_of_proportion_with_the_ease_off_is_refused(surface: MeshSurface) -> None:
     # a gear flank said to lie at another azimuth than the one the ease-off was measured to
     patch = surface.patch
-    names = list(patch.names)
     spoilt = patch.coefficients.copy()
-    spoilt[0, 1, names.index("azimuth")] += 0.02
+    spoilt[0, 1, list(patch.names).index("azimuth")] += 0.02
     with pytest.raises(ConvergenceError, match="out of proportion"):
         transmission(replace(surface, patch=replace(patch, coefficients=spoilt)))
 
@@ -146,12 +141,10 @@ def test_lines_beyond_the_limit_of_undercut_carry_no_load() -> None:
         "backlash": {"type": "outer_transverse", "value": "0.129 mm"},
     }  # fmt: skip
     targets = {
-        "name": "milled",
-        "blank": blank,
-        "cutting": {"gear": "formate", "pinion": "each_flank"},
+        "name": "milled", "blank": blank, "cutting": {"gear": "formate", "pinion": "each_flank"},
         "targets": {"drive": flank, "coast": flank},
         "operation": {"torque": "169 N m", "speed": "2865 rpm", "temperature": "90 degC", "oil": "75w90"},
-    }
+    }  # fmt: skip
     for member, tip in (("pinion", "35 um"), ("gear", "69 um")):
         targets[member] = {"edge_relief": {"tip": {"amount": tip, "length": "2.2 mm"}, "toe": end, "heel": end}}
     pair = GearPair(machine_settings(validate(SettingsInput, targets), transmission=False).design)

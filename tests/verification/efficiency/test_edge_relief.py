@@ -21,14 +21,10 @@ from ehl.common.data import data_path
 PAIR = "fm_hypoid_13x42"
 
 
-def relieved(name: str, **tables: dict[str, Any]) -> Design:
-    """A shipped design with the same relief on both members, or with that of `pinion` and `gear`."""
-    design = load_design(name)
-    update = {}
-    for member in ("pinion", "gear"):
-        relief = MemberRelief.model_validate(tables.get(member, {} if {"pinion", "gear"} & tables.keys() else tables))
-        update[member] = getattr(design, member).model_copy(update={"edge_relief": relief})
-    return design.model_copy(update=update)
+def relieved(*members: str, **edges: dict[str, Any]) -> Design:
+    """A shipped design with the same relief on some members."""
+    design, relief = load_design(PAIR), {"edge_relief": MemberRelief.model_validate(edges)}
+    return design.model_copy(update={name: getattr(design, name).model_copy(update=relief) for name in members})
 
 
 def tip(amount: float, length: float = 1.5e-3, form: str = "parabolic") -> dict[str, Any]:
@@ -57,7 +53,7 @@ def test_each_edge_counts_from_itself_and_the_deeper_one_in_a_corner() -> None:
 @pytest.mark.parametrize("member", ["pinion", "gear"])
 def test_gap_is_that_of_sections_in_space(member: str) -> None:
     tables = {"tip": tip(25e-6, 2e-3), "toe": tip(30e-6, 5e-3, "linear"), "heel": tip(20e-6, 4e-3, "circular")}
-    design = relieved(PAIR, **{member: tables})
+    design = relieved(member, **tables)
     surface = flank_pair(design.flanks(), "drive").surface
     rolls = np.linspace(*surface.roll_range, 9)[1:-1]
     points = line_points(surface, line_spans(surface, rolls)[0], 15)
@@ -85,7 +81,8 @@ def test_gap_is_that_of_sections_in_space(member: str) -> None:
 
 def test_contact_pattern_leaves_relieved_ends() -> None:
     plain = flank_pair(load_design(PAIR).flanks(), "drive").pattern()
-    short = flank_pair(relieved(PAIR, tip=tip(30e-6, 2e-3), toe=tip(30e-6, 6e-3)).flanks(), "drive").pattern()
+    relief = relieved("pinion", "gear", tip=tip(30e-6, 2e-3), toe=tip(30e-6, 6e-3))
+    short = flank_pair(relief.flanks(), "drive").pattern()
     assert short.area_share < 0.9 * plain.area_share
     middle = plain.inside & (np.abs(plain.gear_u) < 2e-3)
     assert np.abs(plain.separation[middle] - short.separation[middle]).min() < 1e-12

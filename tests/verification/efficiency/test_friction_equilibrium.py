@@ -7,6 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 from samples import AXLE_OIL as OIL
+from samples import STEEL
 
 import efficiency
 from efficiency.contact.contact_lines import MeshPosition
@@ -21,12 +22,10 @@ from efficiency.ltca.mesh_grids import MeshGrids, load_grids
 from efficiency.ltca.solid_tooth import SolidTooth
 from efficiency.mesh import Mesh
 from ehl.common.errors import InputError
-from ehl.material import Material
 from regression.formula import friction_model
 from regression.friction.models import ConstantFriction, FrictionModel
 
 OPERATION = Operation(100.0, 363.15)
-STEEL = Material.load("steel")
 
 
 @cache
@@ -143,8 +142,7 @@ def iterated(mesh: Mesh, torque: float, model: FrictionModel, operation: Operati
     return efficiency, abs(efficiency - before)
 
 
-HYPOIDS = ("fh_hypoid_9x34", "fh_hypoid_9x34_offset_10", "fm_hypoid_13x42")
-PAIRS = ("fm_spiral_bevel_14x39", *HYPOIDS)
+PAIRS = ("fm_spiral_bevel_14x39", "fh_hypoid_9x34", "fh_hypoid_9x34_offset_10", "fm_hypoid_13x42")
 
 
 @cache
@@ -197,12 +195,10 @@ def test_self_locking_is_a_status() -> None:
 
 
 def test_axes_and_a_friction_coefficient_are_needed() -> None:
-    mesh = replace(pitch_point(0.8, 0.4, 0.35), axes=None)
+    mesh, case = pitch_point(0.8, 0.4, 0.35), (OIL, OPERATION, "frictional")
     with pytest.raises(InputError, match=r"mesh\.axes"):
-        mesh_efficiency(load_grids(mesh, 50.0), ConstantFriction(0.05), OIL, OPERATION, "frictional")
-    nothing = mesh_efficiency(
-        load_grids(pitch_point(0.8, 0.4, 0.35), 50.0), ConstantFriction(math.nan), OIL, OPERATION, "frictional"
-    )
+        mesh_efficiency(load_grids(replace(mesh, axes=None), 50.0), ConstantFriction(0.05), *case)
+    nothing = mesh_efficiency(load_grids(mesh, 50.0), ConstantFriction(math.nan), *case)
     assert (nothing.status, nothing.reason) == ("failed", "friction_undefined")
 
 

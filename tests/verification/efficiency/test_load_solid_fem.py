@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
-from twins.compliance_fem import Counts, line_load, nine_points, scaled_orders
+from twins.compliance_fem import Counts, influence, nine_points
 from twins.free_edge import approach
 from twins.root_stress_fem import root_peaks
 
@@ -15,6 +15,7 @@ from efficiency.contact.tooth_grid import root_profile
 from efficiency.design.design import load_design
 from efficiency.ltca.edge_contact import free_edge_compliance
 from efficiency.ltca.load_distribution import weber_local
+from efficiency.ltca.ritz_solid import ORDERS, Orders
 from efficiency.ltca.solid_tooth import solid_tooth_of
 from efficiency.strength import root_mesh
 
@@ -46,12 +47,15 @@ def test_deflection_at_nine_flank_points(name: str, member: Member, cells: int) 
 
 @pytest.mark.parametrize(("name", "member"), [tooth[:2] for tooth in TEETH])
 def test_orders_have_converged(name: str, member: Member) -> None:
-    """Deflection along two lines of contact under their even load: the worst place and the mean."""
-    design = load_design(name)
-    flanks, body = design.flanks(), getattr(design, member).tooth_body()
-    coarse, default, fine = (
-        line_load(solid_tooth_of(flanks, body, member, "drive", scaled_orders(factor))) for factor in (0.6, 1.0, 1.4)
-    )
+    """Deflection along the middle and from root to tip under even load, over all orders times a factor."""
+    design, found = load_design(name), []
+    for factor in (0.6, 1.0, 1.4):
+        orders = Orders(*(tuple(max(2, round(factor * n)) for n in each) for each in (ORDERS.tooth, ORDERS.body)))
+        tooth = solid_tooth_of(design.flanks(), getattr(design, member).tooth_body(), member, "drive", orders)
+        face = np.linspace(0.05, 0.95, 121) * tooth.face_width
+        heights = (np.linspace(*ends, face.size) * tooth.whole_depth(face) for ends in ((0.5, 0.5), (0.25, 0.95)))
+        found.append(np.concatenate([influence(tooth, face, height).mean(axis=1) for height in heights]))
+    coarse, default, fine = found
     assert np.abs(default / fine - 1.0).max() < 0.04
     assert np.abs(default / fine - 1.0).max() < 0.5 * np.abs(coarse / fine - 1.0).max()
     assert default.mean() == pytest.approx(fine.mean(), rel=0.015)

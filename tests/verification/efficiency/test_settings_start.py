@@ -14,10 +14,9 @@ from efficiency.contact.flank_pair import flank_pair
 from efficiency.contact.gear_flanks import MEMBERS, SIDES
 from efficiency.contact.tooth_grid import normal_thickness, tooth_grid
 from efficiency.cutting.cutter import FLANK_SIDES
-from efficiency.cutting.flank import CutFlank
 from efficiency.design.design import load_design
 from efficiency.machine_settings.conjugate import conjugate_start, fit_grid, target_flank, target_relief
-from efficiency.machine_settings.fit import FitParameter, RootLine, _derivatives, measure, with_setting
+from efficiency.machine_settings.fit import FitParameter, _derivatives, measure, with_setting
 from efficiency.machine_settings.gear import PairDimensions, cut_gear, pair_dimensions
 from efficiency.machine_settings.generating import free_axis, tilt_and_swivel
 from efficiency.machine_settings.inputs import load_targets
@@ -32,11 +31,14 @@ def geometry(name: str, generated: bool, left_hand_gear: bool = False) -> PairDi
     return pair_dimensions(replace(pair_blank(inputs), gear_cutting="generated" if generated else "formate"))
 
 
-HANDS = [("fh_hypoid_9x34", False), ("fh_hypoid_9x34", True), ("fm_hypoid_13x42", False)]
-
-
 @pytest.mark.parametrize("generated", [False, True])
-@pytest.mark.parametrize(("name", "left_hand_gear"), [*HANDS, ("fh_spiral_bevel_12x37", True), ("iso23509_f2", False)])
+@pytest.mark.parametrize(
+    ("name", "left_hand_gear"),
+    [
+        ("fh_hypoid_9x34", False), ("fh_hypoid_9x34", True), ("fm_hypoid_13x42", False),
+        ("fh_spiral_bevel_12x37", True), ("iso23509_f2", False),
+    ],
+)  # fmt: skip
 def test_the_mirrored_gear_cutter_cuts_the_conjugate_pinion(name: str, generated: bool, left_hand_gear: bool) -> None:
     pair = geometry(name, generated, left_hand_gear)
     gear = cut_gear(pair)
@@ -100,25 +102,22 @@ def test_root_line_is_the_lowest_point_of_the_tip() -> None:
     pair = geometry("fm_hypoid_13x42", False)
     start = conjugate_start(pair, cut_gear(pair), "concave", fit_grid(pair, 0.1, (5, 4)))
     wanted = target_flank(pair, start, np.zeros(20), 0.02)
-    state = wanted.root.cut(wanted.flank)
-    lowest = [_lowest(wanted.flank, wanted.root, k, state.parameters[:, k]) for k in range(3)]
-    np.testing.assert_allclose(state.error, lowest, rtol=0.0, atol=1e-9)
-
-
-def _lowest(flank: CutFlank, root: RootLine, k: int, near: np.ndarray) -> float:
-    """Lowest height of the tip circle at a station, by scanning the cradle roll around the solution."""
+    flank, root = wanted.flank, wanted.root
+    state = root.cut(flank)
 
     def place(angle: float, phi: float) -> np.ndarray:
         point = flank.sweep(np.array([[0.0], [angle], [phi]]))[0]
         return np.real(flank.blank.coordinates(np.hypot(point[0], point[1]), point[2]))[:, 0]
 
-    heights = []
-    for phi in near[1] + np.linspace(-0.01, 0.01, 21):
-        angle = newton(lambda angle, phi=phi: place(angle, phi)[0] - root.u[k], near[0], x1=near[0] + 1e-6, tol=1e-12)
-        heights.append(place(angle, phi)[1] - root.height[k])
-    best = int(np.argmin(heights))
-    assert 0 < best < 20
-    return float(heights[best])
+    for k, near in enumerate(state.parameters.T):
+        heights = []
+        # the cradle roll is scanned around the solution
+        for phi in near[1] + np.linspace(-0.01, 0.01, 21):
+            start = {"x0": near[0], "x1": near[0] + 1e-6, "tol": 1e-12}
+            angle = newton(lambda angle, phi=phi, k=k: place(angle, phi)[0] - root.u[k], **start)
+            heights.append(place(angle, phi)[1] - root.height[k])
+        assert 0 < np.argmin(heights) < 20
+        assert state.error[k] == pytest.approx(min(heights), abs=1e-9)
 
 
 @pytest.mark.parametrize("name", data_names("targets"))
@@ -126,8 +125,8 @@ def test_design_has_the_wanted_ease_off(name: str) -> None:
     inputs, design = load_targets(name), load_design(name)
     pair = pair_dimensions(replace(pair_blank(inputs.blank), gear_cutting=inputs.cutting.gear))
     grid = fit_grid(pair)
-    for side, target in (("drive", inputs.targets.drive), ("coast", inputs.targets.coast)):
-        pinion, gear = design.flanks().mating("drive" if side == "drive" else "coast")
+    for side in SIDES:
+        pinion, gear = design.flanks().mating(side)
         points, found = gear.solve(grid.u, grid.h)
         assert found.all()
         conjugate = conjugate_points(points, design.placement())
@@ -135,7 +134,7 @@ def test_design_has_the_wanted_ease_off(name: str) -> None:
         phase = pinion_phase(conjugate_points(middle, design.placement()), pinion)
         relief, _, found = ease_off(conjugate, pinion, phase)
         position, normal = conjugate.position, conjugate.normal
-        residual = (relief - target_relief(target, grid.x, grid.y))[found]
+        residual = (relief - target_relief(getattr(inputs.targets, side), grid.x, grid.y))[found]
         arm = (position[0] * normal[1] - position[1] * normal[0])[found]
         residual -= arm * (arm @ residual) / (arm @ arm)
         assert np.sum(~found) <= 4
@@ -171,9 +170,8 @@ def test_blade_phases_leave_the_tooth_that_touching_flanks_and_backlash_ask_for(
     cut = np.hypot(one.position[0], one.position[1]) * angle * np.cos(spiral)
     # turned until they touch one point of each flank, against the mean of the fit on both: a few micrometres
     assert cut == pytest.approx(normal_thickness(design.flanks(), "pinion", place, place), abs=5e-6)
-    assert normal_thickness(design.flanks(), "gear", place, place) == pytest.approx(
-        pair_blank(load_targets(name).blank).gear.mean_normal_thickness, abs=1e-8
-    )
+    wanted = pair_blank(load_targets(name).blank).gear.mean_normal_thickness
+    assert normal_thickness(design.flanks(), "gear", place, place) == pytest.approx(wanted, abs=1e-8)
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,6 @@ from samples import CONTACT, STEEL, contact_case
 
 import ehl
 from ehl.contact import Contact
-from ehl.material import Material
 from ehl.rough import RoughSurfaces, TransientResult, solve_transient
 from ehl.rough.accuracy import BUDGET, WORK
 from ehl.rough.dry_limit import dry_limit, flash_of_rubbing, share_deficit
@@ -42,17 +41,12 @@ def assert_no_jump(one: ehl.ContactResult, two: ehl.ContactResult) -> None:
 def test_friction_and_film_pass_a_surface_at_rest(temperature, speed, pressure):
     """Through SR = 2: each step of SR changes mu and film by as much as the next; a mirrored contact is the same."""
     slips = 2.0 + STEP * np.arange(-3.0, 4.0, 2.0)
-    scan = [
-        solved(temperature=273.15 + temperature, speed_entrainment=speed, pressure_hertz=pressure, slide_to_roll=slip)
-        for slip in slips
-    ]
+    state = {"temperature": 273.15 + temperature, "speed_entrainment": speed, "pressure_hertz": pressure}
+    *scan, mirrored = (solved(**state, slide_to_roll=slip) for slip in (*slips, -slips[0]))
     for values in ([r.friction_coefficient for r in scan], [r.film_central for r in scan]):
         steps = np.diff(np.log(values))
         assert steps[1] == pytest.approx(0.5 * (steps[0] + steps[2]), rel=0.05)
         assert abs(steps[1]) < 5e-3
-    mirrored = solved(
-        temperature=273.15 + temperature, speed_entrainment=speed, pressure_hertz=pressure, slide_to_roll=-slips[0]
-    )
     assert mirrored.friction_coefficient == pytest.approx(scan[0].friction_coefficient, rel=1e-12)
 
 
@@ -77,15 +71,12 @@ def test_heat_left_out_or_not_makes_no_jump(name):
 
 def test_rough_run_passes_a_surface_at_rest():
     """The memory of a surface turns round with its motion: a step of 2e-6 in SR changes mu by less than 1e-4."""
-    found = []
+    found, settings = [], {"accuracy": "fast", "thermal": True, "nodes": 128, "travel": 1.0}
     for slip in (2.0 - 1e-6, 2.0, 2.0 + 1e-6):
         problem = at(slide_to_roll=slip, speed_entrainment=3.0).problem()
         half_width = problem.line.half_width
         rough = generate_profile(0.2e-6, 0.4 * half_width, 16.0 * half_width, 0.02 * half_width, 3)
-        surfaces = RoughSurfaces(rough, None)
-        run = solve_transient(
-            problem.line, problem.lubricant, surfaces, accuracy="fast", thermal=True, nodes=128, travel=1.0
-        )
+        run = solve_transient(problem.line, problem.lubricant, RoughSurfaces(rough, None), **settings)
         found.append(run.friction_coefficient)
     assert found == pytest.approx([found[1]] * 3, rel=1e-4)
 
@@ -190,13 +181,11 @@ def test_share_off_the_asperities_grows_with_film_lay_and_pressure() -> None:
 
 
 def test_flash_of_rubbing_follows_the_power() -> None:
-    steel = Material.load("steel")
-    line = case(1.0, 0.1).line_contact()
-    bulk = (350.0, 350.0)
-    rises = [flash_of_rubbing(line, mu, (steel, steel), bulk) - 350.0 for mu in (0.05, 0.1)]
+    line, bulk = case(1.0, 0.1).line_contact(), (350.0, 350.0)
+    rises = [flash_of_rubbing(line, mu, (STEEL, STEEL), bulk) - 350.0 for mu in (0.05, 0.1)]
     assert rises[0] > 10.0
     assert rises[1] == pytest.approx(2.0 * rises[0])
-    assert flash_of_rubbing(line, 0.0, (steel, steel), bulk) == 350.0
+    assert flash_of_rubbing(line, 0.0, (STEEL, STEEL), bulk) == 350.0
 
 
 @pytest.mark.parametrize(("speed", "pressure"), [(2.0, 1e9), (0.7, 1.5e9)])

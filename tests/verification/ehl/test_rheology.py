@@ -16,7 +16,6 @@ from ehl.rough import RoughSurfaces
 from ehl.rough._kernels.fluid import balanced_shear_row, fluidity_rows, isothermal_shear_row, temperature_place
 from ehl.rough._kernels.march import MU_FLUID, STAGE
 from ehl.rough._kernels.records import FluidityRows, HeatRows
-from ehl.rough.run import TransientRun
 from ehl.rough.scaling import Units, scaled_fluid
 from ehl.smooth.solver import solve_steady
 
@@ -168,17 +167,12 @@ OILS = {
 }
 
 
-def settled(oil: Lubricant, per_half_width: float) -> TransientRun:
-    run = Scene(CONTACT, oil, RoughSurfaces(), 20e-9).run(per_half_width)
-    run.advance(round(4.5 * run.problem.units.steps_per_half_width))
-    return run
-
-
 @pytest.mark.parametrize("name", list(OILS))
 def test_transient_settles_at_the_steady_solution(name: str) -> None:
     steady = solve_steady(CONTACT, OILS[name])
     assert steady.status == "converged"
-    run = settled(OILS[name], 140.0)
+    run = Scene(CONTACT, OILS[name], RoughSurfaces(), 20e-9).run(140.0)
+    run.advance(round(4.5 * run.problem.units.steps_per_half_width))
     records, _ = run.advance(20)
     assert records[:, STAGE].max() == 0.0
     assert records[-1, MU_FLUID] == pytest.approx(steady.friction_fluid, rel=5e-4)

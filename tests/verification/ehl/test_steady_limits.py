@@ -22,17 +22,15 @@ from ehl.smooth.solver import film_shear, solve_steady
 MODULUS = 2.264e11
 
 
-def from_moes(load, material, *, pressure=1e9, radius=0.01, **options):
+def from_moes(load, material, pressure=1e9, radius=0.01):
     """Contact and Barus oil of given Moes numbers."""
-    contact = LineContact.from_pressure(
-        radius_equivalent=radius, effective_modulus=MODULUS, pressure_hertz=pressure, speed_entrainment=1.0
-    )
+    bodies = {"radius_equivalent": radius, "effective_modulus": MODULUS}
+    contact = LineContact.from_pressure(**bodies, pressure_hertz=pressure, speed_entrainment=1.0)
     weight = contact.load_per_length / (MODULUS * radius)
     twice_speed = (weight / load) ** 2
     alpha = material / twice_speed**0.25 / MODULUS
     viscosity = 0.5 * twice_speed * MODULUS * radius
-    oil = Lubricant(viscosity, alpha, "barus", compression=INCOMPRESSIBLE, **options)
-    return contact, oil
+    return contact, Lubricant(viscosity, alpha, "barus", compression=INCOMPRESSIBLE)
 
 
 def rigid_pressure(exit_angle):
@@ -97,10 +95,6 @@ def test_thin_film_tends_to_the_hertz_contact(load, peak, exit_):
     assert np.max(np.abs(deviation)) < 6.0 * (1.0 - peak) + 5e-5
 
 
-OUTPUTS = ("film_central", "film_min", "friction_fluid")
-ERRORS = ("film_central_error", "film_min_error", "friction_error")
-
-
 def raw_values(contact, lubricant, counts):
     """Outputs of single grids of one grading, without extrapolation."""
     scaled, report = scaled_contact(contact, lubricant), PathReport()
@@ -133,8 +127,8 @@ def test_reported_errors_hold_against_four_times_finer_grids():
         counts = [(result.nodes - 1) * k + 1 for k in (1, 2, 4)]
         fine = extrapolate(list(raw_values(contact, lubricant, counts)), counts[0])
         height = contact.half_width**2 / contact.radius_equivalent
-        values = np.array([getattr(result, name) for name in OUTPUTS])
-        reported = np.array([getattr(result, name) for name in ERRORS])
+        values = np.array([result.film_central, result.film_min, result.friction_fluid])
+        reported = np.array([result.film_central_error, result.film_min_error, result.friction_error])
         true = np.abs(values / (fine.values[:3] * [height, height, 1.0]) - 1.0)
         inside.append(true <= reported)
         ratios.append(reported / true)

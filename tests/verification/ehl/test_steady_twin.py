@@ -77,9 +77,8 @@ def twin(contact, oil, count, size, shares):
     ],
 )
 def test_films_under_a_newtonian_spike_that_no_mesh_resolves(pressure, radius, speed, viscosity, alpha):
-    contact = LineContact.from_pressure(
-        radius_equivalent=radius, effective_modulus=2.264e11, pressure_hertz=pressure, speed_entrainment=speed
-    )
+    bodies = {"radius_equivalent": radius, "effective_modulus": 2.264e11}
+    contact = LineContact.from_pressure(**bodies, pressure_hertz=pressure, speed_entrainment=speed)
     oil = Lubricant(viscosity, alpha, "roelands")
     result = solve_steady(contact, oil, accuracy="fast")
     assert result.status == "converged"

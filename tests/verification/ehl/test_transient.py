@@ -9,7 +9,6 @@ import pytest
 from samples import contact_case
 from twins.material_points import conducts_like_the_transient_solver
 from twins.rough_scenes import STEEL, Scene, eyring_oil, friction, gaussian_pair, line, speed_of_film_ratio
-from twins.rough_scenes import eyring_oil as oil
 
 from ehl.fluid.lubricant import FilmConductivity, Lubricant
 from ehl.fluid.oil import Oil
@@ -22,17 +21,13 @@ from ehl.rough.run import TransientRun
 from ehl.rough.scaling import rough_length
 from ehl.smooth.solver import solve_steady
 from ehl.smooth.thermal import solve_smooth
-from ehl.surface.roughness import RoughProfile, generate_profile
+from ehl.surface.roughness import generate_profile
 
-HALF_WIDTH = 4.0 * 0.015 * 1e9 / 228e9
-
-
-def profile(rms: float, seed: int, correlation_length: float = 20e-6) -> RoughProfile:
-    return generate_profile(rms, correlation_length, 16.0 * HALF_WIDTH, 2e-6, seed)
+HALF_WIDTH, OIL, RMS = 4.0 * 0.015 * 1e9 / 228e9, eyring_oil(), 0.4e-6
 
 
 def rough(rms: float) -> RoughSurfaces:
-    return RoughSurfaces(profile(rms, 1), profile(rms, 2))
+    return RoughSurfaces(*(generate_profile(rms, 20e-6, 16.0 * HALF_WIDTH, 2e-6, seed) for seed in (1, 2)))
 
 
 def make_run(contact: LineContact, lubricant: Any, surfaces: Any, nodes: int = 200, **settings: Any) -> TransientRun:
@@ -47,9 +42,9 @@ def roll(run: TransientRun, travel: float) -> np.ndarray:
 @pytest.mark.parametrize(("speed", "slide_to_roll"), [(1.0, 0.1), (15.0, 1.0)])
 def test_smooth_friction_converges_with_second_order_and_is_extrapolated(speed: float, slide_to_roll: float) -> None:
     contact = line(speed, slide_to_roll)
-    steady = solve_steady(contact, oil(), accuracy="reference")
+    steady = solve_steady(contact, OIL, accuracy="reference")
     exact = steady.friction_fluid
-    results = [solve_transient(contact, oil(), nodes=n) for n in (120, 240, 480)]
+    results = [solve_transient(contact, OIL, nodes=n) for n in (120, 240, 480)]
     plain = [abs(float(result.run.advance(1)[0][0, MU_FLUID]) / exact - 1.0) for result in results]
     assert 1.8 < 0.5 * np.log2(plain[0] / plain[2]) < 2.3
     for result, error in zip(results, plain, strict=True):
@@ -61,20 +56,20 @@ def test_smooth_friction_converges_with_second_order_and_is_extrapolated(speed: 
 
 
 def test_vanishing_roughness_gives_the_smooth_friction() -> None:
-    smooth = solve_transient(line(5.0), oil(), nodes=240).friction_coefficient
-    run = make_run(line(5.0), oil(), rough(4e-9), nodes=240, boundary_film=5e-9)
+    smooth = solve_transient(line(5.0), OIL, nodes=240).friction_coefficient
+    run = make_run(line(5.0), OIL, rough(4e-9), nodes=240, boundary_film=5e-9)
     roll(run, 3.0)
     assert friction(roll(run, 3.0)).mean() == pytest.approx(smooth, rel=5e-4)
 
 
 def test_wide_lay_reproduces_the_sealed_model() -> None:
     """Of 1e5 lengths to what the kernel of the mode is fitted to; of 20 in a thin film to 2 and 3 %."""
-    sealed = make_run(line(5.0), oil(), rough(0.2e-6))
-    wide = make_run(line(5.0), oil(), rough(0.2e-6), peklenik_number=1e5)
+    sealed = make_run(line(5.0), OIL, rough(0.2e-6))
+    wide = make_run(line(5.0), OIL, rough(0.2e-6), peklenik_number=1e5)
     assert friction(roll(wide, 5.0)).mean() == pytest.approx(friction(roll(sealed, 5.0)).mean(), rel=1e-3)
     means = []
     for gamma in (20.0, math.inf):
-        run = make_run(line(0.6), oil(), rough(0.3e-6), 240, boundary_film=30e-9, peklenik_number=gamma)
+        run = make_run(line(0.6), OIL, rough(0.3e-6), 240, boundary_film=30e-9, peklenik_number=gamma)
         roll(run, 12.0)
         records = roll(run, 24.0)
         means.append((float(records[:, FILM_MEAN].mean()), float(friction(records).mean())))
@@ -83,7 +78,7 @@ def test_wide_lay_reproduces_the_sealed_model() -> None:
 
 
 def test_each_step_balances_mass() -> None:
-    run = make_run(line(5.0), oil(), rough(0.2e-6))
+    run = make_run(line(5.0), OIL, rough(0.2e-6))
     roll(run, 4.0)
     x, state = run.problem.x, run.state
     first, last = int(np.argmin(np.abs(x + 2.3))), int(np.argmin(np.abs(x - 1.0)))
@@ -107,7 +102,7 @@ def test_dry_limit_agrees_with_a_dry_contact_solution(peklenik_number: float) ->
 
     With side flow the tips are those of the lateral mode, at the deflection of the mean pressure.
     """
-    run = make_run(line(1.0), oil(1e-6, 1e-11), rough(0.4e-6), nodes=160, peklenik_number=peklenik_number)
+    run = make_run(line(1.0), eyring_oil(1e-6, 1e-11), rough(0.4e-6), nodes=160, peklenik_number=peklenik_number)
     records = roll(run, 16.0)
     assert records[-1, SHARE] > 0.98
     total = run.state.fluid_pressure + run.state.contact_pressure
@@ -119,10 +114,10 @@ def test_dry_limit_agrees_with_a_dry_contact_solution(peklenik_number: float) ->
 
 
 def test_cap_limits_the_pressure() -> None:
-    free = make_run(line(0.2), oil(), rough(0.6e-6), boundary_film=30e-9)
+    free = make_run(line(0.2), OIL, rough(0.6e-6), boundary_film=30e-9)
     roll(free, 4.0)
     cap = 3e9
-    capped = make_run(line(0.2), oil(), rough(0.6e-6), boundary_film=30e-9, hardness=cap)
+    capped = make_run(line(0.2), OIL, rough(0.6e-6), boundary_film=30e-9, hardness=cap)
     records = roll(capped, 4.0)
     highest = [float((r.state.fluid_pressure + r.state.contact_pressure).max()) * 1e9 for r in (free, capped)]
     assert highest[0] > 1.2 * cap
@@ -142,7 +137,7 @@ def test_realisation_error_covers_other_stretches_of_the_same_surfaces(
     settings: Any = {"nodes": 110, "peklenik_number": math.inf, "boundary_film": 30e-9, "travel": travel}
     for seed in range(12):
         each = (generate_profile(0.28e-6, 0.15 * b, period * b, 0.0075 * b, 2 * seed + i) for i in (1, 2))
-        results.append(solve_transient(contact, oil(), RoughSurfaces(*each), accuracy="fast", **settings))
+        results.append(solve_transient(contact, OIL, RoughSurfaces(*each), accuracy="fast", **settings))
     friction = np.array([result.friction_coefficient for result in results])
     away = np.abs(friction / friction.mean() - 1.0)
     realisation = np.array([result.realisation_error for result in results])
@@ -152,10 +147,6 @@ def test_realisation_error_covers_other_stretches_of_the_same_surfaces(
     if slide_to_roll == -2.0:  # the interval of the time mean sees nothing of a surface at rest
         assert np.count_nonzero(away <= statistical) < 8
     assert np.median(realisation) < 4.0 * 1.645 * np.std(away)
-
-
-OIL = eyring_oil()
-RMS = 0.4e-6
 
 
 def scene_of(ratio: float, peklenik_number: float = math.inf) -> Scene:

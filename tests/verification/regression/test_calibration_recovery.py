@@ -45,8 +45,8 @@ def planned(pressures: list[float], slides: list[float], speeds: list[float]) ->
 ROWS = planned([0.7e9, 1.1e9], [0.005, 0.01, 0.05, 0.3], [0.03, 0.06, 0.12, 0.25, 0.5, 1.0])
 
 
-@pytest.fixture
-def one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture(autouse=True)
+def _one_line(monkeypatch: pytest.MonkeyPatch) -> None:
     def stub(measurement: Measurement, setup: CalibrationSetup, jobs: int) -> OneLineSolver:
         plain = solver_of(measurement, setup, jobs)
         return OneLineSolver(plain.setup, plain.groups, plain.roughness, plain.temperature)
@@ -64,7 +64,6 @@ def estimates(result: Calibration) -> dict[str, ParameterEstimate]:
     return {estimate.name: estimate for estimate in result.parameters}
 
 
-@pytest.mark.usefixtures("one_line")
 def test_intervals_cover_the_truth_as_often_as_they_say() -> None:
     setup = setup_of(list(TRUTH))
     clean = made(ROWS, setup, TRUTH, np.zeros(ROWS.size))
@@ -82,7 +81,6 @@ def test_intervals_cover_the_truth_as_often_as_they_say() -> None:
     assert np.std(scores) == pytest.approx(1.0, abs=0.25)
 
 
-@pytest.mark.usefixtures("one_line")
 def test_outliers_are_listed_and_hardly_move_the_values() -> None:
     setup = setup_of(list(TRUTH))
     noise = SIGMA * np.random.default_rng(5).standard_normal(ROWS.size)
@@ -95,7 +93,6 @@ def test_outliers_are_listed_and_hardly_move_the_values() -> None:
         assert abs(math.log(estimate.value / clean[name].value)) < 2.5 * clean[name].standard_error
 
 
-@pytest.mark.usefixtures("one_line")
 def test_what_the_rows_do_not_tell_is_not_returned_as_a_number() -> None:
     # a limit of 0.12 p is never reached here
     setup = setup_of(["eyring_stress", "limiting_shear_coefficient"])
@@ -108,20 +105,17 @@ def test_what_the_rows_do_not_tell_is_not_returned_as_a_number() -> None:
     assert result.notes
 
 
-@pytest.mark.usefixtures("one_line")
 def test_two_parameters_known_only_together_are_told_so() -> None:
     # in the linear part of the shear law, viscosity under pressure and tau0 at one pressure: tau0 drops out
     rows = planned([0.6e9], [0.0005, 0.0007, 0.001, 0.0015, 0.002], [])
     setup = setup_of(["eyring_stress", "pressure_viscosity"], noise={"relative": 0.02})
-    noise = np.zeros(rows.size)
-    clean = made(rows, setup, {}, noise)
+    clean = made(rows, setup, {}, np.zeros(rows.size))
     noisy = replace(clean, friction=clean.friction * (1 + 0.02 * np.random.default_rng(7).standard_normal(rows.size)))
     found = estimates(calibrate(noisy, setup))
     assert found["pressure_viscosity"].status == "determined"
     assert found["eyring_stress"].status == "undetermined"
 
 
-@pytest.mark.usefixtures("one_line")
 def test_where_nothing_is_identifiable_the_card_has_a_wide_interval() -> None:
     rows = planned([0.6e9], [0.0005, 0.001, 0.002], [])
     setup = setup_of(["limiting_shear_coefficient"])
@@ -133,7 +127,6 @@ def test_where_nothing_is_identifiable_the_card_has_a_wide_interval() -> None:
     assert record.fitted["limiting_shear_coefficient"].interval_high == limit.interval_high
 
 
-@pytest.mark.usefixtures("one_line")
 def test_wide_intervals_and_nothing_determined_beyond_a_credible_misfit(tmp_path: Path) -> None:
     setup = setup_of(list(TRUTH))
     noise = SIGMA * np.random.default_rng(8).standard_normal(ROWS.size)
@@ -163,7 +156,6 @@ def test_wide_intervals_and_nothing_determined_beyond_a_credible_misfit(tmp_path
     hopeless.save_card(tmp_path / "hopeless.toml", force=True)
 
 
-@pytest.mark.usefixtures("one_line")
 def test_without_a_stated_noise_the_misfit_is_judged_by_the_friction() -> None:
     setup = setup_of(list(TRUTH), noise={})
     clean = made(ROWS, setup, TRUTH, np.zeros(ROWS.size))
@@ -192,7 +184,6 @@ def test_the_elastic_part_of_the_shear_is_in_what_is_fitted() -> None:
     assert film_friction[1] == pytest.approx(rigid[1], rel=0.02)
 
 
-@pytest.mark.usefixtures("one_line")
 def test_a_limit_far_off_on_the_card_is_found() -> None:
     """The card's limit does not act on these rows, or hides the rest: neither start has a slope to follow."""
     for truth in (0.04, 0.06):
@@ -208,8 +199,7 @@ def test_a_limit_far_off_on_the_card_is_found() -> None:
 
 def test_resolved_roughness_is_averaged_over_one_travel(monkeypatch: pytest.MonkeyPatch) -> None:
     """A travel that ends by the interval of mu would jump with the parameters, and mu with it by some per cent."""
-    rough = {"parameters": ["boundary_film"], "model": {"accuracy": "fast"}}
-    setup = setup_of(**rough)  # type: ignore[arg-type]
+    setup = setup_of(["boundary_film"])
     rows = planned([], [], [0.4])
     rows.columns.update(pressure_hertz=np.array([0.5e9]), radius_equivalent=np.array([0.005]))
     travels: list[float] = []
@@ -252,6 +242,7 @@ CONDITIONS = "speed_entrainment [m/s],slide_to_roll [%]\n2,0.5\n2,2\n2,10\n1,20\
 
 def test_the_solver_gives_back_what_was_put_in(mixed_ehl: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """From synthetic friction to values, figure and card, on the command line."""
+    monkeypatch.setattr(calibrate_module, "solver_of", solver_of)
     monkeypatch.chdir(tmp_path)
     Path("setup.toml").write_text(SETUP, encoding="utf-8")
     Path("conditions.csv").write_text(CONDITIONS, encoding="utf-8")

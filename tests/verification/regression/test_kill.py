@@ -29,21 +29,15 @@ ARANA: dict[str, Any] = {"evaluate": partial(published_outputs, name="arana_2019
 # says after every case how far it is, and waits for a moment so that the kill comes in mid-run
 CHILD = """
 import sys, time
-from functools import partial
-from pathlib import Path
-from ehl import SOLVER
-from regression.sweeping.evaluators import published_outputs, solve_outputs
-from regression.plan.plan import Plan
+import regression
 from regression.sweeping import sweep
 
 plan, run, name, jobs = sys.argv[1:]
 def show(progress):
     print(progress.done, flush=True)
     time.sleep(0.005)
-evaluate = partial(published_outputs, name=name) if name != "ehl" else solve_outputs
-version = name if name != "ehl" else SOLVER
 sweep.FLUSH_ROWS, sweep.FLUSH_SECONDS = 4, 60.0
-sweep.sweep_shard(Plan.from_file(plan), Path(run), evaluate=evaluate, version=version, jobs=int(jobs), progress=show)
+regression.sweep(plan, run, formula=name if name != "ehl" else None, jobs=int(jobs), progress=show)
 """
 
 
@@ -119,11 +113,9 @@ def test_a_full_disk_stops_in_words_and_the_resumed_run_is_bit_identical(tmp_pat
 
 
 def test_two_sweeps_of_one_shard_at_once(tmp_path: Path, mixed_ehl: Callable[..., Any]) -> None:
-    path = _plan(tmp_path, 64)
-    run, name = tmp_path / "run", "arana_2019"
-    with subprocess.Popen(
-        [sys.executable, "-c", CHILD, str(path), str(run), name, "1"], stdout=subprocess.PIPE, text=True
-    ) as first:
+    path, run, name = _plan(tmp_path, 64), tmp_path / "run", "arana_2019"
+    command = [sys.executable, "-c", CHILD, str(path), str(run), name, "1"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as first:
         first.stdout.readline()
         os.kill(first.pid, signal.SIGSTOP)
         second = mixed_ehl("sweep", path, "-o", run, "--with", name, "--jobs", "1")

@@ -97,10 +97,8 @@ def test_array_merge_and_fit_give_what_a_local_run_gives(slurm: Path, mixed_ehl:
     assert (slurm / "calls").read_text().splitlines()[2:] == ["--parsable", "--parsable --dependency=afterany:4713"]
     for job in slurm.glob("job.*"):
         assert {"#SBATCH --partition=short", "#SBATCH --mem=8G"} <= set(job.read_text().splitlines())
-    assert {path.name for path in (tmp_path / "runs" / "a b").glob("*.jsonl")} == {
-        "shard-0001-of-0002.jsonl",
-        "shard-0002-of-0002.jsonl",
-    }
+    shards = {path.name for path in (tmp_path / "runs" / "a b").glob("*.jsonl")}
+    assert shards == {"shard-0001-of-0002.jsonl", "shard-0002-of-0002.jsonl"}
     assert mixed_ehl("sweep", "my plan.toml", "-o", "local", "--jobs", "1", *options).code == 0
     assert load_dataset(tmp_path / "all.h5").data_hash == load_dataset(tmp_path / "local").data_hash
     assert Formula.load(tmp_path / "array.json").data.hash == load_dataset(tmp_path / "local").data_hash
@@ -121,9 +119,8 @@ def test_the_cluster_of_the_page_on_sweeps_computes(tmp_path: Path) -> None:
         # one thread a worker, as the sweep asks for
         assert "--nthreads 1" in script
         cluster.scale(jobs=1)
-        report = sweep_shard(
-            plan, tmp_path / "dask", evaluate=evaluate, executor=DaskCluster(client, worker_timeout=120.0)
-        )
+        workers = DaskCluster(client, worker_timeout=120.0)
+        report = sweep_shard(plan, tmp_path / "dask", evaluate=evaluate, executor=workers)
     assert (report.converged, report.failed) == (16, 0)
     sweep_shard(plan, tmp_path / "local", evaluate=evaluate)
     assert load_dataset(tmp_path / "dask").data_hash == load_dataset(tmp_path / "local").data_hash
