@@ -99,7 +99,7 @@ def read_duty(
     )
     columns = {
         name: np.array(values, dtype=float)
-        for name, values in read_table(path, COLUMNS | _RECORDED, bare=False, missing=True).items()
+        for name, values in read_table(path, COLUMNS | _RECORDED, bare=False, missing=True)[0].items()
     }
     size = len(next(iter(columns.values())))
     if "time" in columns and "hours" not in columns:

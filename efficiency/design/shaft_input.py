@@ -91,7 +91,7 @@ def _rows(path: Path) -> tuple[Sequence[float], ...]:
 
     length, angle = ValueRange("m", ge=-2e-3, le=2e-3), ValueRange("rad", ge=-0.01, le=0.01)
     columns = {"torque": ValueRange("N*m", ge=-1e6, le=1e6), "E": length, "P": length, "G": length}
-    found = read_table(path, columns | dict.fromkeys(("shaft_angle_error", "alpha"), angle), ("torque",), bare=False)
+    found, _ = read_table(path, columns | dict.fromkeys(("shaft_angle_error", "alpha"), angle), ("torque",), bare=False)
     if len(found) < 2:
         raise InputError(path.name, "torque alone", "at least one of the columns E, P, G, alpha")
     torque = np.array(found["torque"], float)

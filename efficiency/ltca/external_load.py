@@ -55,7 +55,7 @@ from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.dialect import with_point
 from ehl.common.errors import InputError
 from ehl.common.files import read_text, replacing
-from ehl.common.table_reader import numbered_table
+from ehl.common.table_reader import read_table
 from ehl.common.units import ValueRange, parse_quantity
 
 _COLUMNS = {
@@ -203,7 +203,7 @@ def _table(path: Path) -> tuple[float, str, dict[str, FloatArray], tuple[int, ..
     if torque is None:
         raise InputError(f"{path.name}: torque", None, "a first line such as '# torque = 300 N m'")
     require_torque(torque)
-    columns, rows = numbered_table(path, _COLUMNS, ("pinion_angle",), bare=False)
+    columns, rows = read_table(path, _COLUMNS, ("pinion_angle",), bare=False)
     if not ({"face_gear", "height_gear"} <= columns.keys() or {"x", "y", "z"} <= columns.keys()):
         raise InputError(f"{path.name}: position of points", None, "columns face_gear and height_gear, or x, y and z")
     return torque, friction, {name: np.array(column, float) for name, column in columns.items()}, rows

@@ -20,7 +20,7 @@ from ehl.common.arrays import FloatArray
 from ehl.common.data import reason_text
 from ehl.common.journal import Journal
 from ehl.common.quantities import quantities
-from ehl.common.runner import ThisProcess
+from ehl.common.runner import this_process
 
 Evaluate = Callable[[list[EvaluationTask]], list[Evaluation]]
 
@@ -187,7 +187,7 @@ def check_solved(
     best = min(held, key=lambda c: c.exact.figures[task.problem.objectives[0]])
     exact = replace(exact_task(task), interval=False, solved=solved)
     # solved contacts start their own processes
-    before, after = evaluate_all([replace(exact, values=v) for v in ({}, best.point.variables)], ThisProcess(), journal)
+    before, after = evaluate_all([replace(exact, values=v) for v in ({}, best.point.variables)], this_process, journal)
     if before.reason or after.reason:
         return candidates, f"check with {solved}: {reason_text(before.reason or after.reason)}"
     checked = replace(

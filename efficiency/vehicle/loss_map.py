@@ -130,7 +130,7 @@ def read_axle_losses(path: Path | str) -> TableAxleLosses:
     Raises `InputError`: the file cannot be read, or lacks a combination of torque and speed.
     """
     path = Path(path)
-    found = read_table(path, COLUMNS, tuple(COLUMNS), bare=False, missing=True)
+    found, _ = read_table(path, COLUMNS, tuple(COLUMNS), bare=False, missing=True)
     torque, speed, loss = (np.array(found[name], dtype=np.float64) for name in COLUMNS)
     torques, i = np.unique(torque, return_inverse=True)
     speeds, j = np.unique(speed, return_inverse=True)

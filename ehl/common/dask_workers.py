@@ -36,10 +36,10 @@ class DaskCluster:
     client: Any  # connected
     worker_timeout: float = 60.0  # longest time without any worker [s]
 
-    def results(
-        self, tasks: Iterator[Numbered], function: Callable[[Any], Any], time_cap: float | None = None
+    def __call__(
+        self, tasks: Iterator[Numbered], function: Callable[[Any], Any], time_cap: float | None
     ) -> Iterator[Numbered]:
-        """See `ehl.common.runner.Executor.results`."""
+        """See `ehl.common.runner.Executor`."""
         distributed = import_module("distributed")
         self._wait_for_workers()
         run = uuid.uuid4().hex[:8]

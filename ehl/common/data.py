@@ -72,16 +72,11 @@ def named_file(field: str, folder: str, name: str | Path, suffix: str = ".toml")
     name = same_name(str(name), names)
     if name not in names:
         kind = suffix.removeprefix(".").upper()
-        raise InputError(field, name, f"a {kind} file or one of " + ", ".join(names), _meant(name, names))
+        kinds = (("designs", "a design"), ("oils", "an oil"), ("plans", "a plan"), ("blanks", "a blank"))
+        others = (f"{name} is {words}." for other, words in kinds if name in data_names(other))
+        hint = next(others, near(name, names))
+        raise InputError(field, name, f"a {kind} file or one of " + ", ".join(names), hint)
     return data_path(folder, f"{name}{suffix}")
-
-
-def _meant(name: str, names: tuple[str, ...]) -> str:
-    """Hint for an unknown name: a name of another kind, or a similar name."""
-    for folder, words in (("designs", "a design"), ("oils", "an oil"), ("plans", "a plan"), ("blanks", "a blank")):
-        if name in data_names(folder):
-            return f"{name} is {words}."
-    return near(name, names)
 
 
 @cache

@@ -75,12 +75,15 @@ def group_notes(said: Iterable[tuple[str, str]], kinds: Sequence[NoteKind] = CON
     groups: dict[str, list[tuple[str, str]]] = {}
     for case, text in said:
         kind = _kind(text, kinds)
-        groups.setdefault(kind.words if kind is not None else _words(text), []).append((case, text))
+        words = kind.words if kind is not None else _NUMBER.sub("#", _PLACE.sub("", text))
+        groups.setdefault(words, []).append((case, text))
     found: list[tuple[int, int, int, Note]] = []
     for members in groups.values():
         kind = _kind(members[0][1], kinds)
         sign = -1.0 if kind is not None and kind.low else 1.0
-        column = _differing([text for _, text in members])
+        # index of the first number that differs between the sentences
+        numbers = zip(*(_NUMBER.findall(text) for _, text in members), strict=False)
+        column = next((k for k, each in enumerate(numbers) if len(set(each)) > 1), 0)
         case, text = max(members, key=lambda member: sign * _value(member[1], column))
         cases = list(dict.fromkeys(case for case, _ in members))
         alike = len({text for _, text in members}) == 1
@@ -120,20 +123,6 @@ def _scope(note: Note, cases: int) -> tuple[str, str | None]:
 
 def _kind(text: str, kinds: Sequence[NoteKind]) -> NoteKind | None:
     return next((kind for kind in kinds if kind.words in text), None)
-
-
-def _words(text: str) -> str:
-    """A sentence without its numbers and places."""
-    return _NUMBER.sub("#", _PLACE.sub("", text))
-
-
-def _differing(texts: Sequence[str]) -> int:
-    """Index of the first number that differs between the sentences."""
-    rows = [_NUMBER.findall(text) for text in texts]
-    for column in range(min(map(len, rows), default=0)):
-        if len({row[column] for row in rows}) > 1:
-            return column
-    return 0
 
 
 def _value(text: str, column: int) -> float:

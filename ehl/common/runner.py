@@ -17,10 +17,9 @@ import time
 import warnings
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
-from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar, cast
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from ehl.common.errors import MixedEhlError, check_count
 from ehl.common.threads import single_thread
@@ -108,60 +107,38 @@ def checked_jobs(jobs: int | None) -> int:
     return granted if jobs is None else min(jobs, granted)
 
 
-class Executor(Protocol):
-    """Interface of the classes that compute tasks."""
-
-    def results(
-        self, tasks: Iterator[Numbered], function: Callable[[Any], Any], time_cap: float | None = None
-    ) -> Iterator[Numbered]:
-        """Number and row of each numbered task, in the order in which they are finished.
-
-        Raises `WorkersCrashed`: workers crashed.
-        """
-        ...
+# function of tasks, their function and a time cap [s]: number and row of each task in the order in which they are
+# finished; it raises `WorkersCrashed` if workers crashed
+Executor = Callable[[Iterator[Numbered], Callable[[Any], Any], float | None], Iterator[Numbered]]
 
 
-@dataclass(frozen=True)
-class ThisProcess:
-    """One task after the other, in this process."""
-
-    def results(
-        self, tasks: Iterator[Numbered], function: Callable[[Any], Any], time_cap: float | None = None
-    ) -> Iterator[Numbered]:
-        """As `Executor.results`."""
-        with single_thread():
-            for number, task in tasks:
-                yield number, function(task)
+def this_process(tasks: Iterator[Numbered], function: Callable[[Any], Any], _: float | None) -> Iterator[Numbered]:
+    """`Executor` of one task after the other, in this process."""
+    with single_thread():
+        for number, task in tasks:
+            yield number, function(task)
 
 
-@dataclass(frozen=True)
-class LocalProcesses:
-    """Worker processes of this machine (loky), one thread each."""
+def worker_processes(
+    tasks: Iterator[Numbered], function: Callable[[Any], Any], time_cap: float | None, *, jobs: int
+) -> Iterator[Numbered]:
+    """`Executor` of worker processes of this machine (loky), one thread each."""
+    from joblib import Parallel, delayed, parallel_config
+    from joblib.externals.loky.process_executor import BrokenProcessPool
 
-    jobs: int
-
-    def results(
-        self, tasks: Iterator[Numbered], function: Callable[[Any], Any], time_cap: float | None = None
-    ) -> Iterator[Numbered]:
-        """As `Executor.results`."""
-        from joblib import Parallel, delayed, parallel_config
-        from joblib.externals.loky.process_executor import BrokenProcessPool
-
-        # a run that is stopped leaves unused tasks, of which joblib warns, also from a thread of its own
-        warnings.filterwarnings("ignore", category=UserWarning, module=r"joblib\.parallel")
-        calls = (delayed(_in_worker)(os.getpid(), task, function, time_cap) for task in tasks)
-        with parallel_config(backend="loky", inner_max_num_threads=1):
-            # only one task waits per worker, so that the last tasks are not queued behind a long one
-            parallel = Parallel(
-                n_jobs=self.jobs, return_as="generator_unordered", batch_size=1, pre_dispatch=2 * self.jobs
-            )
-            found = parallel(calls)
-            try:
-                yield from found
-            except BrokenProcessPool:
-                raise WorkersCrashed from None
-            finally:
-                found.close()
+    # a run that is stopped leaves unused tasks, of which joblib warns, also from a thread of its own
+    warnings.filterwarnings("ignore", category=UserWarning, module=r"joblib\.parallel")
+    calls = (delayed(_in_worker)(os.getpid(), task, function, time_cap) for task in tasks)
+    with parallel_config(backend="loky", inner_max_num_threads=1):
+        # only one task waits per worker, so that the last tasks are not queued behind a long one
+        parallel = Parallel(n_jobs=jobs, return_as="generator_unordered", batch_size=1, pre_dispatch=2 * jobs)
+        found = parallel(calls)
+        try:
+            yield from found
+        except BrokenProcessPool:
+            raise WorkersCrashed from None
+        finally:
+            found.close()
 
 
 def _in_worker(parent: int, task: Numbered, function: Callable[[Any], Any], time_cap: float | None) -> Numbered:
@@ -172,7 +149,7 @@ def _in_worker(parent: int, task: Numbered, function: Callable[[Any], Any], time
 
 def local_executor(jobs: int) -> Executor:
     """This process for one job, otherwise worker processes."""
-    return ThisProcess() if jobs == 1 else LocalProcesses(jobs)
+    return this_process if jobs == 1 else partial(worker_processes, jobs=jobs)
 
 
 def cluster(dask: Any) -> AbstractContextManager[Executor | None]:
@@ -212,7 +189,7 @@ def run_tasks(
     waiting = {key: task for key, task in zip(keys, tasks, strict=True) if key not in found}
     order = list(waiting)
     if len(waiting) < 2:
-        executor = ThisProcess()
+        executor = this_process
     elif executor is None:
         executor = local_executor(min(checked_jobs(jobs), len(waiting)))
     new = iter(TaskRun(waiting.values(), function, executor, crashed or _crash_is_an_error))
@@ -265,7 +242,7 @@ class TaskRun:
             yield entry
 
     def _results(self, tasks: Iterator[Numbered]) -> Iterator[Numbered]:
-        for number, row in self._executor.results(tasks, self._function, self._time_cap):
+        for number, row in self._executor(tasks, self._function, self._time_cap):
             self._in_flight.pop(number, None)
             yield number, row
 

@@ -260,8 +260,13 @@ class Table:
         self, label: Callable[[Column], str], unit: Callable[[Column], str], value: Callable[[Column, Cell], Any]
     ) -> tuple[list[str], list[list[Any]]]:
         if self.vertical:
-            head, values = self._turned()
-            return head, [[label(c), *(value(c, x) for x in cells), unit(c)] for c, cells in values]
+            named = len(self.rows) > 1 and not self._numeric(0)
+            heads = [str(row[0]) for row in self.rows] if named else ["value"] * len(self.rows)
+            shown = [
+                [label(c), *(value(c, row[i]) for row in self.rows), unit(c)]
+                for i, c in list(enumerate(self._columns))[named:]
+            ]
+            return ["quantity", *heads, "unit"], shown
         head = [_with_unit(label(c), unit(c) if self._numeric(i) else "") for i, c in enumerate(self._columns)]
         return head, [[value(c, x) for c, x in zip(self._columns, row, strict=True)] for row in self.rows]
 
@@ -269,12 +274,6 @@ class Table:
         """Whether a column has a number or is empty."""
         cells = [row[column] for row in self.rows if row[column] is not None]
         return not cells or any(not isinstance(x, str) for x in cells)
-
-    def _turned(self) -> tuple[list[str], list[tuple[Column, list[Cell]]]]:
-        named = bool(self.rows) and len(self.rows) > 1 and not self._numeric(0)
-        heads = [str(row[0]) for row in self.rows] if named else ["value"] * len(self.rows)
-        columns = list(enumerate(self._columns))[named:]
-        return ["quantity", *heads, "unit"], [(c, [row[i] for row in self.rows]) for i, c in columns]
 
     def _left(self, head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[bool]:
         """Whether each shown column has texts, which are left-aligned."""

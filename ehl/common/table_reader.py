@@ -108,8 +108,8 @@ def read_table(
     *,
     bare: bool = True,
     missing: bool = False,
-) -> dict[str, Column]:
-    """Columns of a table file, checked and converted to SI.
+) -> tuple[dict[str, Column], tuple[int, ...]]:
+    """Columns of a table file, checked and converted to SI, and the number of each row in it, counted from 1.
 
     path: text of any encoding, separator and decimal sign, or the first sheet of a workbook.
     quantities: unit and range of every column there may be; None for a column of text. Columns whose name begins with
@@ -121,18 +121,6 @@ def read_table(
     Raises `InputError`: the file cannot be read, lacks a column, has an unknown one, or a cell cannot be used; it is
     named.
     """
-    return numbered_table(path, quantities, required, bare=bare, missing=missing)[0]
-
-
-def numbered_table(
-    path: Path,
-    quantities: Mapping[str, ValueRange | None],
-    required: Sequence[str] = (),
-    *,
-    bare: bool = True,
-    missing: bool = False,
-) -> tuple[dict[str, Column], tuple[int, ...]]:
-    """The same as `read_table`, and the number of each row in the file, counted from 1 as editors do."""
     allowed, workbook = "an existing CSV or XLSX file", path.suffix.lower() in _WORKBOOKS
     if workbook:
         cells = _read_xlsx(path, read_bytes(path, "file", allowed))
@@ -578,7 +566,7 @@ def read_columns(value: Any, quantities: Mapping[str, ValueRange | None]) -> dic
     if "file" in value:
         if len(value) > 1:
             raise InputError("file", value["file"], "either a file or columns, not both")
-        return read_table(Path(str(value["file"])), quantities)
+        return read_table(Path(str(value["file"])), quantities)[0]
     columns: dict[str, Column] = {}
     for name, cells in value.items():
         if name not in quantities:

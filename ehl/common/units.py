@@ -412,7 +412,11 @@ class ValueRange:
         if ":" not in text:
             if _COMMA.search(text):
                 raise InputError(field, text, _expectation(self.unit), _COMMA_HINT)
-            return [self.check(entry, field, bare=False) for entry in _entries(text)]
+            entries = [entry.strip() for entry in re.split("[,;]", text)]
+            stated = _NUMBER_AND_UNIT.fullmatch(entries[-1])
+            unit = f" {stated[2]}" if stated else ""  # of the entries without one
+            whole = (entry if _NUMBER_AND_UNIT.fullmatch(entry) else entry + unit for entry in entries)
+            return [self.check(entry, field, bare=False) for entry in whole]
         match = _RANGE.fullmatch(text)
         count = int(match[3]) if match else 0
         if match is None or not 2 <= count <= _MAX_VALUES:
@@ -452,11 +456,3 @@ def value_range(annotation: Any) -> ValueRange:
 def is_list(text: str) -> bool:
     """Whether a text is a list ``a, b, c unit`` or a range ``from:to:number unit``."""
     return any(sign in _COMMA.sub("", text) for sign in ",;:")  # a comma within a number raises an error later
-
-
-def _entries(text: str) -> list[str]:
-    """Entries of a list such as ``"100, 200, 300 N m"``, each with its unit."""
-    entries = [entry.strip() for entry in re.split("[,;]", text)]
-    last = _NUMBER_AND_UNIT.fullmatch(entries[-1])
-    default = f" {last[2]}" if last else ""
-    return [entry if _NUMBER_AND_UNIT.fullmatch(entry) else entry + default for entry in entries]

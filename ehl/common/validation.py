@@ -258,7 +258,7 @@ def _problem(complaint: Any, model: type[BaseModel], where: str) -> InputError:
 
         return stated.changed(placed)
     if kind == "extra_forbidden":
-        known = sorted(_keys(place.owner))
+        known = sorted(info.alias or name for name, info in place.owner.model_fields.items())
         word = re.sub(r"_?[12]$", "", str(place.path[-1]).lower())
         hint = getattr(place.owner, "instead", {}).get(word) or near(place.path[-1], known)
         hint = f"{hint} Known keys: {', '.join(known)}.".strip()
@@ -269,10 +269,6 @@ def _problem(complaint: Any, model: type[BaseModel], where: str) -> InputError:
     choices = get_args(place.annotation) if get_origin(place.annotation) is Literal else ()
     hint = "" if value is None else near(value, map(str, choices))
     return InputError(field, value, expected_input(place, ".".join(place.path)) or complaint["msg"], hint)
-
-
-def _keys(owner: type[BaseModel]) -> set[str]:
-    return {info.alias or name for name, info in owner.model_fields.items()}
 
 
 def _tags(annotation: Any, key: str) -> str:
@@ -394,15 +390,10 @@ def _member(union: Any, label: str) -> Any:
         bare, notes = _bare(member, ())
         if label in (getattr(bare, "__name__", ""), *(note.tag for note in notes if isinstance(note, Tag))):
             return member
-        if _is_model(bare) and label in _literals(bare):
+        kinds = [info.annotation for info in bare.model_fields.values()] if _is_model(bare) else []
+        if any(get_origin(kind) is Literal and label in get_args(kind) for kind in kinds):
             return member
     return None
-
-
-def _literals(model: type[BaseModel]) -> Iterator[Any]:
-    for info in model.model_fields.values():
-        if get_origin(info.annotation) is Literal:
-            yield from get_args(info.annotation)
 
 
 def _item(annotation: Any, key: str) -> Any:

@@ -5,7 +5,7 @@ Each law is the input table of an oil card; its method `at` gives the law at one
 """
 
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal, Protocol
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 
@@ -29,18 +29,6 @@ def dowson_higginson_1966(
     The variant (5.9e8 + 1.34 p)/(5.9e8 + p) is another function, which differs by 0.8 % at 2 GPa.
     """
     return np.asarray(1.0 + a * pressure / (1.0 + b * pressure))
-
-
-class Compression(Protocol):
-    """rho/rho0 over pressure at one temperature."""
-
-    def __hash__(self) -> int: ...
-
-    def ratio(self, pressure: FloatArray) -> FloatArray:
-        """rho/rho0 at pressures [Pa]."""
-
-    def slope(self, pressure: FloatArray) -> FloatArray:
-        """d(rho/rho0)/dp [1/Pa]."""
 
 
 @dataclass(frozen=True)
@@ -91,6 +79,7 @@ class MurnaghanCompression:
         return np.asarray(self.ratio(pressure) / (self.modulus + self.rate * pressure))
 
 
+Compression = DowsonHigginson | TaitCompression | MurnaghanCompression  # over pressure at one temperature
 DOWSON_HIGGINSON_LAW, INCOMPRESSIBLE = DowsonHigginson(), DowsonHigginson(0.0, 0.0)
 
 
@@ -122,27 +111,22 @@ class _State(InputModel):
     K00: Annotated[float, ValueRange("Pa", ge=1e8, le=1e12)]
     betaK: Annotated[float, ValueRange("1/K", ge=0.0, le=0.05)]
     K0_rate: Annotated[float, ValueRange("", ge=2.0, le=30.0)]
+    compression: ClassVar[type[TaitCompression | MurnaghanCompression]]
 
-    def modulus(self, temperature: Any) -> Any:
-        """K0 at a temperature in K [Pa]."""
-        return self.K00 * np.exp(-self.betaK * temperature)
+    def at(self, temperature: Any) -> Compression:
+        """The law at a temperature in K."""
+        return self.compression(self.K00 * np.exp(-self.betaK * temperature), self.K0_rate)
 
 
 class Tait(_State):
     """Tait's equation over temperature."""
 
     law: Literal["tait"] = "tait"
-
-    def at(self, temperature: Any) -> Compression:
-        """The law at a temperature in K."""
-        return TaitCompression(self.modulus(temperature), self.K0_rate)
+    compression = TaitCompression
 
 
 class Murnaghan(_State):
     """Murnaghan's equation over temperature."""
 
     law: Literal["murnaghan"] = "murnaghan"
-
-    def at(self, temperature: Any) -> Compression:
-        """The law at a temperature in K."""
-        return MurnaghanCompression(self.modulus(temperature), self.K0_rate)
+    compression = MurnaghanCompression

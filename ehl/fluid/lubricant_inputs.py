@@ -227,7 +227,7 @@ class OilLubricant(ShearInput):
     def _known(self) -> Self:
         card = Oil.load(self.oil)
         law = self.eyring_stress_law if self.rheology == "eyring" else None
-        if law == "pressure" and self._rising_stress(card) is None:
+        if law == "pressure" and (self.eyring_stress_pressure or card.eyring_stress_pressure) is None:
             raise InputError("eyring_stress_pressure", None, RISING_TABLE, f"The card of {card.name} contains none.")
         if law == "constant" and not (self.eyring_stress or card.eyring_stress):
             hint = (
@@ -240,9 +240,6 @@ class OilLubricant(ShearInput):
         """Notes on assumptions of the oil card."""
         return Oil.load(self.oil).remarks()
 
-    def _rising_stress(self, card: Oil) -> RisingStress | None:
-        return self.eyring_stress_pressure or card.eyring_stress_pressure
-
     def lubricant(self, temperature: Any = None) -> Lubricant:
         """The lubricant at the inlet temperature, or at other temperatures [K] (scalar or array)."""
         card = Oil.load(self.oil)
@@ -250,7 +247,7 @@ class OilLubricant(ShearInput):
         given: dict[str, Any] = {name: getattr(self, name) for name in names if getattr(self, name) is not None}
         if "limiting_shear_coefficient" in given:
             given["limiting_shear_ambient"] = 0.0  # the value of the oil card belongs to its coefficient
-        rising = self._rising_stress(card)
+        rising = self.eyring_stress_pressure or card.eyring_stress_pressure
         if self.eyring_stress_law == "pressure" and rising is not None:
             given["eyring_stress"] = rising
         found = lubricant_of(self.oil, self.temperature_oil if temperature is None else temperature)

@@ -401,7 +401,7 @@ class Oil(InputModel, Reportable):
 
     def to_dict(self, temperatures: str | Sequence[float | str] | None = None) -> dict[str, Any]:
         """The card with all properties at temperatures such as "40, 100 degC" (the default), in SI units."""
-        return oil_sheet.sheet(self, _temperatures(temperatures))
+        return oil_sheet.sheet(self, oil_sheet.temperatures_of(temperatures))
 
     def to_frame(self, temperatures: str | Sequence[float | str] | None = None) -> DataFrame:
         """One row per temperature: viscosity, the four alphas, shear and thermal properties in SI units."""
@@ -410,11 +410,11 @@ class Oil(InputModel, Reportable):
         return pd.DataFrame(self.to_dict(temperatures)["states"])
 
     def _plot(self, ax: Axes | None, **options: Any) -> Axes:
-        return oil_sheet.plot_oil(self, _temperatures(options.get("temperatures")), ax)
+        return oil_sheet.plot_oil(self, oil_sheet.temperatures_of(options.get("temperatures")), ax)
 
     def sections(self, medium: Medium = "page", *args: Any, **options: Any) -> list[Section]:
         """Properties at `temperatures` (as in `to_dict`), increase of viscosity with pressure, uncertainty."""
-        return oil_sheet.oil_sections(self, _temperatures(options.get("temperatures")), medium)
+        return oil_sheet.oil_sections(self, oil_sheet.temperatures_of(options.get("temperatures")), medium)
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write the card as TOML in SI units; `InputError` if the path does not end in .toml."""
@@ -439,11 +439,6 @@ class Oil(InputModel, Reportable):
             allowed += f", with law = '{self.viscosity.law}'"
             raise InputError("pressure_viscosity.law", self.pressure_viscosity.law, allowed)
         return self
-
-
-def _temperatures(given: str | Sequence[float | str] | None) -> tuple[float, ...]:
-    low, high = TEMPERATURE_RANGE
-    return oil_sheet.temperatures_of(given, ValueRange("K", ge=low, le=high))
 
 
 class _GenericInput(InputModel):

@@ -21,6 +21,7 @@ from ehl.common.table import Table
 from ehl.common.units import KELVIN, ValueRange
 from ehl.fluid.pressure_viscosity import DEFINITIONS, alpha_of
 from ehl.fluid.rheology import stress_at
+from ehl.fluid.viscosity import TEMPERATURE_RANGE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -32,10 +33,11 @@ PRESSURES = (0.0, 0.2e9, 0.4e9, 0.8e9, 1.2e9, 1.6e9)
 _COLOURS, _GREY = ("#1f5a99", "#c8651b", "#4b8b3b", "#8a4f9e"), "#8a8f98"
 
 
-def temperatures_of(given: str | Sequence[float | str] | None, allowed: ValueRange) -> tuple[float, ...]:
+def temperatures_of(given: str | Sequence[float | str] | None) -> tuple[float, ...]:
     """Temperatures [K] from a text such as "40, 100 degC", or from numbers and texts."""
     if given is None:
         return TEMPERATURES
+    allowed = ValueRange("K", ge=TEMPERATURE_RANGE[0], le=TEMPERATURE_RANGE[1])
     if isinstance(given, str):
         return tuple(allowed.check_list(given, "temperatures"))
     return tuple(allowed.check(value, "temperatures") for value in given)
@@ -73,19 +75,15 @@ def sheet(oil: Oil, temperatures: Sequence[float]) -> dict[str, Any]:
     }
 
 
-def source_points(name: str) -> tuple[tuple[float, float, float], ...]:
-    """Temperature [K], pressure [Pa] and viscosity [Pa s] from the law in the source of a card, if available."""
-    return _points().get(name, ())
-
-
 @cache
-def _points() -> dict[str, tuple[tuple[float, float, float], ...]]:
+def source_points() -> dict[str, list[tuple[float, float, float]]]:
+    """Temperature [K], pressure [Pa] and viscosity [Pa s] by the law in the source of a card, for cards with one."""
     found: dict[str, list[tuple[float, float, float]]] = {}
     text = data_path("reference", "oil_points.csv").read_text(encoding="utf-8")
     for row in csv.DictReader(line for line in text.splitlines() if not line.startswith("#")):
         celsius, gigapascal, viscosity = (float(value) for value in list(row.values())[1:])
         found.setdefault(row["card"], []).append((celsius + KELVIN, 1e9 * gigapascal, 1e-3 * viscosity))
-    return {name: tuple(points) for name, points in found.items()}
+    return found
 
 
 def plot_oil(oil: Oil, temperatures: Sequence[float], ax: Axes | None = None) -> Axes:
@@ -93,18 +91,18 @@ def plot_oil(oil: Oil, temperatures: Sequence[float], ax: Axes | None = None) ->
     axes = axes_or_new(ax, 7.0, 4.6)
     pressure = np.linspace(0.0, PRESSURES[-1], 161)
     shown = to_display("pressure", pressure)
-    cards = [oil.varied(pressure_viscosity=n) for n in (-1.0, 0.0, 1.0)]
+    cards, known = [oil.varied(pressure_viscosity=n) for n in (-1.0, 0.0, 1.0)], source_points().get(oil.name, [])
     for number, at in enumerate(temperatures):
         colour = _COLOURS[number % len(_COLOURS)]
         low, middle, high = (to_display("viscosity_inlet", card.at(at).viscosity(pressure)) for card in cards)
         axes.fill_between(shown, low, high, color=colour, alpha=0.18, lw=0.0)
         axes.semilogy(shown, middle, color=colour, label=f"{at - KELVIN:.4g} °C")
-        points = [(p, eta) for t, p, eta in source_points(oil.name) if abs(t - at) < 0.01]
+        points = [(p, eta) for t, p, eta in known if abs(t - at) < 0.01]
         if points:
             place, eta = np.array(points).T
             place, eta = to_display("pressure", place), to_display("viscosity_inlet", eta)
             axes.plot(place, eta, "o", color=colour, ms=4, mfc="none")
-    if source_points(oil.name):
+    if known:
         axes.plot([], [], "o", color=_GREY, ms=4, mfc="none", label="law of the source")
     if oil.pressure_valid is not None:
         axes.axvline(to_display("pressure", oil.pressure_valid), color=_GREY, lw=0.8, ls="--")

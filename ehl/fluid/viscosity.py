@@ -139,7 +139,9 @@ class RoelandsLaw:
         height = np.log(self.viscosity) + ROELANDS_LOG_VISCOSITY
         growth = (1.0 + pressure / ROELANDS_PRESSURE) ** (self.alpha * ROELANDS_PRESSURE / height)
         if temperature is not None:
-            growth = growth * self._thinning(temperature)
+            span = self.temperature - ROELANDS_TEMPERATURE
+            relative = np.maximum(temperature - ROELANDS_TEMPERATURE, 1.0) / span
+            growth = growth * relative ** (-self.beta * span / height)
         return np.asarray(height * (growth - 1.0))
 
     def by_pressure(self, pressure: FloatArray) -> FloatArray:
@@ -153,12 +155,6 @@ class RoelandsLaw:
         exponent = self.beta * (self.temperature - ROELANDS_TEMPERATURE) / height
         level = height + self.log_ratio(pressure, temperature)
         return np.asarray(-level * exponent / np.maximum(temperature - ROELANDS_TEMPERATURE, 1.0))
-
-    def _thinning(self, temperature: FloatArray) -> FloatArray:
-        height = np.log(self.viscosity) + ROELANDS_LOG_VISCOSITY
-        span = self.temperature - ROELANDS_TEMPERATURE
-        relative = np.maximum(temperature - ROELANDS_TEMPERATURE, 1.0) / span
-        return np.asarray(relative ** (-self.beta * span / height))
 
 
 @dataclass(frozen=True)

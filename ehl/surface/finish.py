@@ -64,17 +64,6 @@ class Figure(InputModel):
             raise InputError("value", self.value, f"{self.low:g} to {self.high:g}, its stated range")
         return self
 
-    @property
-    def sigma(self) -> float:
-        """Standard deviation of the logarithm if all are positive, else of the value."""
-        if self.low > 0.0:
-            return math.log(self.high / self.low) / (2.0 * HALF_RANGE)
-        return (self.high - self.low) / (2.0 * HALF_RANGE)
-
-    def scaled(self, factor: float) -> Figure:
-        """Value and range times a factor."""
-        return Figure(value=self.value * factor, low=self.low * factor, high=self.high * factor, source=self.source)
-
 
 _Length = Annotated[float, ValueRange("m", ge=1e-9, le=1e-2)]
 
@@ -260,7 +249,9 @@ class Finish:
         >>> ehl.Finish.load("ground").with_rms(0.3e-6).roughness_rms.value
         3e-07
         """
-        length = self.correlation_length.scaled(float(self.length_at(rms)) / self.correlation_length.value)
+        own, value = self.correlation_length, float(self.length_at(rms))
+        low, high = (value * end / own.value for end in (own.low, own.high))
+        length = Figure(value=value, low=low, high=high, source=own.source)
         return replace(self, roughness_rms=_given("roughness_rms", rms), correlation_length=length)
 
 
@@ -381,8 +372,6 @@ def surface_uncertainty(
     finish: str | None = None,
     finish_state: str = "run_in",
     additive: str = DEFAULT_ADDITIVE,
-    boundary_film: float | None = None,
-    boundary_friction: float | None = None,
 ) -> dict[str, Figure]:
     """Roughness and boundary-film parameters of a surface with their ranges, for the uncertainty of friction.
 
@@ -390,28 +379,20 @@ def surface_uncertainty(
     these are wide for correlation length and Peklenik number, which are rarely measured. Rq and correlation length are
     independent.
 
-    roughness_rms, correlation_length, boundary_film: values of one surface [m].
-    peklenik_number, boundary_friction: values [-].
+    roughness_rms, correlation_length: values of one surface [m].
+    peklenik_number: value [-].
     finish, finish_state, additive: as in `Finish.load` and `Additive.load`.
-    Returns `roughness_rms`, `correlation_length`, `skewness`, `peklenik_number`, `boundary_film`, `boundary_friction`;
-        `sigma` is the standard deviation of the logarithm, for skewness that of the value.
+    Returns `roughness_rms`, `correlation_length`, `peklenik_number`, `boundary_film`, `boundary_friction`.
     Raises `InputError`: there is no such finish, state or additive.
     """
     chemistry = Additive.load(additive)
-    film: Figure = chemistry.boundary_film
-    friction = chemistry.boundary_friction
-    if boundary_film is not None:
-        film = film.scaled(boundary_film / film.value)
-    if boundary_friction is not None:
-        friction = friction.scaled(boundary_friction / friction.value)
     if finish is not None:
         named = Finish.load(finish, finish_state)
         named = named if roughness_rms is None else named.with_rms(roughness_rms)
-        rms, length, skewness, lay = named.roughness_rms, named.correlation_length, named.skewness, named.lay_ratio
+        rms, length, lay = named.roughness_rms, named.correlation_length, named.lay_ratio
     else:
         rms = _given("roughness_rms", roughness_rms or 0.0)
         length = _given("correlation_length", float(default_correlation_length(rms.value)))
-        skewness = Figure(value=0.0, low=-1.0, high=0.4, source="Estimated.")
         lay = Figure(value=1.0, low=1.0, high=5.0, source="isotropic by default; range estimated")
     if correlation_length is not None:
         length = _given("correlation_length", correlation_length)
@@ -420,8 +401,7 @@ def surface_uncertainty(
     return {
         "roughness_rms": rms,
         "correlation_length": length,
-        "skewness": skewness,
         "peklenik_number": lay,
-        "boundary_film": film,
-        "boundary_friction": friction,
+        "boundary_film": chemistry.boundary_film,
+        "boundary_friction": chemistry.boundary_friction,
     }

@@ -124,15 +124,14 @@ class MeasuredHeights:
         if len(kept) < max(1, len(self.heights) / 2):
             allowed = "at most 20 % missing points, 2 % of them in a row, and 2 % spikes"
             raise InputError("profile", self.name, allowed, f"{refused}.")
-        notes = list(self.notes)
-        if missing:
-            notes.append(f"{missing} missing points interpolated")
-        if spikes:
-            notes.append(f"{spikes} spikes interpolated")
         out = len(self.heights) - len(kept)
-        if out:
-            notes.append(f"{out} of {len(self.heights)} lines excluded because of too many gaps or spikes")
-        return replace(self, heights=np.array(kept), notes=tuple(notes), missing=missing, spikes=spikes)
+        steps = (
+            (missing, f"{missing} missing points interpolated"),
+            (spikes, f"{spikes} spikes interpolated"),
+            (out, f"{out} of {len(self.heights)} lines excluded because of too many gaps or spikes"),
+        )
+        notes = (*self.notes, *(text for count, text in steps if count))
+        return replace(self, heights=np.array(kept), notes=notes, missing=missing, spikes=spikes)
 
 
 def _longest_run(marked: NDArray[np.bool_]) -> int:
@@ -405,7 +404,9 @@ def read_topography(path: str | Path, unit: str = "", own: InputError | None = N
     try:
         with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
             topography: Any = SurfaceTopography.read_topography(name)
-        lengths, heights = _extent(topography)
+        profile = topography.dim == 1
+        extent = topography.positions_and_heights() if profile else (topography.physical_sizes, topography.heights())
+        lengths, heights = map(_plain, extent)  # positions, or both sizes of a map
     except Exception as error:  # its readers raise errors of many kinds
         hint = f"SurfaceTopography cannot read the file ({type(error).__name__})."
         problem = own or InputError("profile", name, "a format of SurfaceTopography")
@@ -415,7 +416,7 @@ def read_topography(path: str | Path, unit: str = "", own: InputError | None = N
         raise own or InputError("profile", name, "a file with its size and length unit", _HINT)
     scale = parse_quantity(f"1 {_unit_of(str(stated)) or stated}", "m", field="unit")
     note = "read by SurfaceTopography"
-    if topography.dim == 1:
+    if profile:
         found = even_trace(name, scale * lengths, scale * heights, str(stated))
         return replace(found, notes=(note, *found.notes))
     step, between = scale * lengths / np.array(heights.shape)
@@ -424,14 +425,6 @@ def read_topography(path: str | Path, unit: str = "", own: InputError | None = N
 
 def _with_hint(problem: InputError, hint: str) -> InputError:
     return InputError(problem.field, problem.value, problem.allowed, f"{problem.hint} {hint}".strip())
-
-
-def _extent(topography: Any) -> tuple[FloatArray, FloatArray]:
-    """Positions and heights of a profile, or both sizes and the heights of a map."""
-    if topography.dim == 1:
-        x, heights = topography.positions_and_heights()
-        return _plain(x), _plain(heights)
-    return np.array(topography.physical_sizes, dtype=float), _plain(topography.heights())
 
 
 def _plain(values: Any) -> FloatArray:

@@ -83,10 +83,13 @@ def uncertain_contact_inputs(
 
         return at
 
+    def of_oil(name: str, spread: Spread) -> Moving:
+        return lambda given, z: replace(given, lubricant=varied_lubricant(given.lubricant, name, spread.at(1.0, z)))
+
     if oil is not None:
         for name in VARIABLES:
             spread = _beyond_measured(name, spreads.spread(name, oil), problem)
-            entry(name, name, spread, _of_oil(name, spread))
+            entry(name, name, spread, of_oil(name, spread))
     rms = [name for name in ("roughness_rms_1", "roughness_rms_2") if getattr(surface, name) > 0.0]
     groups = [rms] if spreads.shared_rms else [[name] for name in rms]
     if surface.running_in != "none":  # friction depends on Rq after running-in
@@ -142,13 +145,6 @@ def _beyond_measured(name: str, spread: Spread, problem: ContactProblem) -> Spre
         return spread
     below, sd = math.hypot(spread.below, more), math.hypot(spread.sd, more)
     return replace(spread, sd=sd, sd_below=below, source=f"{spread.source}; law beyond its measured range")
-
-
-def _of_oil(name: str, spread: Spread) -> Moving:
-    def at(given: ContactProblem, z: float) -> ContactProblem:
-        return replace(given, lubricant=varied_lubricant(given.lubricant, name, spread.at(1.0, z)))
-
-    return at
 
 
 def contact_uncertainty(

@@ -206,7 +206,8 @@ class InputUncertainty(TableResult):
     def headline(self, most: int = 3) -> str:
         """Result, interval and largest contributions as text."""
         shown, unit = self.quantity, self.quantity.display
-        digits = self._digits()
+        width = float(shown.to_display(self.high) - shown.to_display(self.low))
+        digits = max(0, 1 - math.floor(math.log10(width))) if width > 0.0 else 4  # two significant ones of the width
         low, value, high = (f"{shown.to_display(end):.{digits}f}" for end in (self.low, self.value, self.high))
         text = f"{value} {unit}".strip() + f" ({low} to {high})"
         kept = [(name, half) for name, half in self.groups.items() if half > 0.05 * (self.high - self.low)][:most]
@@ -214,13 +215,6 @@ class InputUncertainty(TableResult):
             return text
         parts = ", ".join(f"{name} {shown.to_display(half):.{digits}f}" for name, half in kept)
         return f"{text}, of which {parts}" + (" points" if unit == "%" else "")
-
-    def _digits(self) -> int:
-        """Decimals for two significant digits of the width of the interval."""
-        width = float(self.quantity.to_display(self.high) - self.quantity.to_display(self.low))
-        if not width > 0.0:
-            return 4
-        return max(0, 1 - math.floor(math.log10(width)))
 
     def __repr__(self) -> str:
         return f"InputUncertainty({self.quantity.label} {self.headline()})"

@@ -125,9 +125,7 @@ SURFACE = ("roughness_rms", "correlation_length", "peklenik_number", "boundary_f
 # cause of each input in a headline
 GROUPS = {
     **dict.fromkeys(VARIABLES, "oil"),
-    "roughness_rms": "roughness",
-    "correlation_length": "roughness",
-    "peklenik_number": "roughness",
+    **dict.fromkeys(("roughness_rms", "correlation_length", "peklenik_number"), "roughness"),
     "boundary_film": "boundary film",
     LATERAL_CAUSE: "roughness",
     "boundary_friction": "boundary friction",

@@ -279,8 +279,9 @@ _TILES = ("film_central", "film_min", "film_ratio", "pressure_max", "temperature
 
 def contact_sections(result: Any, medium: Medium, uncertainty: InputUncertainty | None = None) -> list[Section]:
     """Sections of one contact, including one that failed."""
+    inputs = [] if result.problem is None else [result.problem.to_dict()]
+    operating_point = [Table.from_records(inputs, name="operating point", vertical=True)] if inputs else []
     if medium != "page":
-        operating_point = [] if result.problem is None else [operating_point_table(result)]
         more = [] if uncertainty is None else [uncertainty.table()]
         head = Head(f"Line contact, {result.operating_point}")
         return [Section("", [head, result.table(), *(operating_point if medium == "files" else []), *more])]
@@ -295,20 +296,13 @@ def contact_sections(result: Any, medium: Medium, uncertainty: InputUncertainty 
     tables: list[Item] = []
     if result.status != "failed":
         tables.append(replace(result.table(), title="Results.", notes=()))
-    if result.problem is not None:
-        tables.append(replace(operating_point_table(result), title="Operating point."))
+    tables += [replace(table, title="Operating point.") for table in operating_point]
     sections.append(Section("Results and operating point", [Row(tables)]))
     computed: list[Item] = [Text(f"{result.outcome.capitalize()}; {result.cost}.")]
     if result.skipped:
-        computed.insert(0, Table(("neglected", "reason"), [_reason(text) for text in result.skipped]))
+        computed.insert(0, Table(("neglected", "reason"), [text.partition(": ")[::2] for text in result.skipped]))
     sections.append(Section("How it was computed", computed))
     return sections
-
-
-def operating_point_table(result: Any) -> Table:
-    """Inputs of a contact."""
-    assert result.problem is not None
-    return Table.from_records([result.problem.to_dict()], name="operating point", vertical=True)
 
 
 def _headline(result: Any, uncertainty: InputUncertainty | None) -> Section:
@@ -351,8 +345,3 @@ def _friction_text(result: Any) -> str:
     error = result.friction_error
     digits = 4 if not 0.0 < error < math.inf else min(max(2, 1 - math.floor(math.log10(error))), 4)
     return f"{result.friction_coefficient:.{digits}g}"
-
-
-def _reason(text: str) -> tuple[str, str]:
-    what, _, why = text.partition(": ")
-    return what, why

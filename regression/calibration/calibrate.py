@@ -223,19 +223,17 @@ def check_information(measurement: Measurement, setup: CalibrationSetup) -> None
 def target_of(measurement: Measurement, setup: CalibrationSetup) -> Target:
     """The measured friction with its standard deviations, without rows of pure rolling."""
     mu = measurement.friction
-    noise, given = setup.noise, np.isfinite(measurement.uncertainty)
-    if given.any():
-        if noise.model_fields_set:
-            raise InputError("noise", "given", "either [noise] or the column friction_uncertainty")
-        sigma, stated = measurement.uncertainty, True
+    noise, given = setup.noise, bool(np.isfinite(measurement.uncertainty).any())
+    if given and noise.model_fields_set:
+        raise InputError("noise", "given", "either [noise] or the column friction_uncertainty")
+    if given:
+        sigma = measurement.uncertainty
     elif noise.stated:
-        sigma, stated = np.hypot(noise.absolute or 0.0, (noise.relative or 0.0) * np.abs(mu)), True
-    elif noise.estimate == "relative":
-        sigma, stated = np.abs(mu), False
+        sigma = np.hypot(noise.absolute or 0.0, (noise.relative or 0.0) * np.abs(mu))
     else:
-        sigma, stated = np.ones_like(mu), False
+        sigma = np.abs(mu) if noise.estimate == "relative" else np.ones_like(mu)
     floor = 1e-3 * float(np.median(sigma))
-    return Target(mu, np.maximum(sigma, floor), measurement.columns["slide_to_roll"] != 0.0, stated)
+    return Target(mu, np.maximum(sigma, floor), measurement.columns["slide_to_roll"] != 0.0, given or noise.stated)
 
 
 @one_thread
@@ -292,7 +290,7 @@ def calibrate(
     """
     setup = setup_of(setup, parameters, oil)
     if not isinstance(measurement, Measurement):
-        fixed = setup.conditions.given()
+        fixed = setup.conditions.model_dump(exclude_none=True)
         measurement = read_measurement(Path(measurement), fixed, roughness_rms=setup.roughness_rms)
     clock = time.perf_counter()
     check_information(measurement, setup)
@@ -315,7 +313,8 @@ def calibrate(
             found = determination_of(fit, target, noise, measurement.curve)
             intervals = intervals_by_errors(fit, noise, found)
             worst = least_identifiable(fit, found, noise.quantile * found.errors)
-            profiled = worst is None and _profiles(solver, names, target, wanted=profile)
+            cheap = not solver.roughness.any() and 4 * len(names) * int(target.rows.sum()) <= PROFILE_CALLS
+            profiled = worst is None and (cheap if profile is None else profile)
             if profiled:
                 intervals = profile_intervals(solver, fit, target, noise, found)
                 worst = least_identifiable(fit, found, np.array([interval.half_width for interval in intervals]))
@@ -385,12 +384,6 @@ def setup_of(
         return validate(CalibrationSetup, {**setup, **given}, "setup")
     path = Path(setup)
     return validate(CalibrationSetup, read_toml(path, "setup") | given, path.name)
-
-
-def _profiles(solver: FrictionSolver, names: tuple[str, ...], target: Target, *, wanted: bool | None) -> bool:
-    """Whether to compute profiles: on request, or if their cost is low."""
-    cheap = not solver.roughness.any() and 4 * len(names) * int(target.rows.sum()) <= PROFILE_CALLS
-    return cheap if wanted is None else wanted
 
 
 def _solvable(solver: FrictionSolver, values: dict[str, float], target: Target) -> Target:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 from ehl.common.files import read_bytes
-from ehl.common.table_reader import numbered_table
+from ehl.common.table_reader import read_table
 from ehl.common.units import ValueRange
 from ehl.common.validation import value_range_of
 from regression.calibration.setup import ConditionsInput
@@ -66,7 +66,7 @@ def read_measurement(
     roughness_rms: roughness of rows if neither the table nor `fixed` states it [m].
     Raises `InputError`: the message states file, row and column.
     """
-    table, numbers = numbered_table(path, COLUMNS, ("friction_coefficient",) if friction else (), missing=True)
+    table, numbers = read_table(path, COLUMNS, ("friction_coefficient",) if friction else (), missing=True)
     size = len(next(iter(table.values())))
     for name in fixed:
         if name in table:

@@ -20,7 +20,7 @@ from ehl.fluid.oil import CalibratedValue, CalibrationRecord, Oil
 from ehl.uncertainty.result import score_of
 from regression.calibration.calibrate import Calibration, reference_temperature
 from regression.calibration.measurement import Measurement
-from regression.calibration.setup import RISING, SURFACE, CalibrationSetup, card_with
+from regression.calibration.setup import RISING, SURFACE, card_with
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -46,7 +46,9 @@ def calibrated_card(name: str, result: Calibration, date: datetime.date) -> Oil:
     oil_values = {name: value for name, value in result.values.items() if name in moved and name not in SURFACE}
     card = card_with(base, oil_values, reference_temperature(measurement))
     used = [i for i in range(measurement.size) if measurement.row_numbers[i] not in result.excluded]
-    stress = "rising" if setup.rising else "constant"
+    stress, specimens, geometry = "rising" if setup.rising else "constant", setup.specimens, "line contact"
+    if specimens.geometry == "point":
+        geometry = f"point contact, solved as a line contact of the same {specimens.match.replace('_', ' ')}"
     record = CalibrationRecord(
         file=measurement.name,
         file_hash=measurement.file_hash,
@@ -54,8 +56,8 @@ def calibrated_card(name: str, result: Calibration, date: datetime.date) -> Oil:
         solver_version=SOLVER,
         card=setup.oil,
         model=f"{setup.model.accuracy}, thermal {setup.model.thermal}, {stress} Eyring stress",
-        geometry=_geometry_words(setup),
-        coating=setup.specimens.coating,
+        geometry=geometry,
+        coating=specimens.coating,
         rows_used=len(used),
         rows_excluded=len(result.excluded),
         outliers=result.outliers,
@@ -94,13 +96,6 @@ def _deviations(base: Oil, fitted: Mapping[str, CalibratedValue]) -> dict[str, f
             sd = math.log(value.interval_high / value.interval_low) / (2.0 * score_of(0.95))
             found[own] = min(max(sd, getattr(base.uncertainty, own), found.get(own, 0.0)), 1.0)
     return found
-
-
-def _geometry_words(setup: CalibrationSetup) -> str:
-    specimens = setup.specimens
-    if specimens.geometry == "line":
-        return "line contact"
-    return f"point contact, solved as a line contact of the same {specimens.match.replace('_', ' ')}"
 
 
 # possible abscissae of a curve
@@ -177,19 +172,14 @@ def parameter_table(result: Calibration) -> Table:
     )
 
 
-def correlation_tables(result: Calibration) -> list[Table]:
-    """Correlation of the logarithms of the fitted parameters; none for a single one."""
-    if len(result.fitted) < 2:
-        return []
-    labels = {name: quantity(name).label for name in result.fitted}
-    rows = [(label, *row) for label, row in zip(labels.values(), result.correlation, strict=True)]
-    heads = (Column(name, of="correlation", label=label, digits=2) for name, label in labels.items())
-    return [Table(["parameter", *heads], rows, title="correlation of the logarithms")]
-
-
 def calibration_sections(result: Calibration, medium: Medium) -> list[Section]:
     """Parameters with intervals, correlations, noise, outliers, measured and computed curves, cost."""
-    tables = [parameter_table(result), *correlation_tables(result)]
+    tables = [parameter_table(result)]
+    if len(result.fitted) > 1:
+        labels = {name: quantity(name).label for name in result.fitted}
+        heads = (Column(name, of="correlation", label=label, digits=2) for name, label in labels.items())
+        rows = [(label, *row) for label, row in zip(labels.values(), result.correlation, strict=True)]
+        tables.append(Table(["parameter", *heads], rows, title="correlation of the logarithms"))
     head = Head("Calibration", result.measurement.name)
     if medium == "terminal":
         return [Section("", [*tables, *map(Text, _lines(result))])]

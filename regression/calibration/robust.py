@@ -15,15 +15,10 @@ TUNING = 1.5  # c over the standard deviation: 96 % efficiency for Gaussian nois
 FAR = 4.0  # standard deviations above which a residual is listed as an outlier
 
 
-def _gaussian_moments() -> tuple[float, float, float]:
-    """E[psi^2], E[psi'] and sqrt(E[psi^2])/E[psi'] for standard normal residuals."""
-    c = TUNING
-    inside = 2.0 * stats.norm.cdf(c) - 1.0
-    squared = inside - 2.0 * c * stats.norm.pdf(c) + c * c * (1.0 - inside)
-    return float(squared), float(inside), float(math.sqrt(squared) / inside)
-
-
-PSI_SQUARED, PSI_SLOPE, INEFFICIENCY = _gaussian_moments()
+# E[psi'], E[psi^2] and sqrt(E[psi^2])/E[psi'] for standard normal residuals
+PSI_SLOPE = 2.0 * float(stats.norm.cdf(TUNING)) - 1.0
+PSI_SQUARED = PSI_SLOPE - 2.0 * TUNING * float(stats.norm.pdf(TUNING)) + TUNING**2 * (1.0 - PSI_SLOPE)
+INEFFICIENCY = math.sqrt(PSI_SQUARED) / PSI_SLOPE
 # factor that makes the increase of the loss chi-square distributed with one degree of freedom per parameter
 DEVIANCE = 2.0 * PSI_SLOPE / PSI_SQUARED
 

@@ -6,7 +6,7 @@ Parameters of a calibration: meaning, bounds, and the oil card with new values.
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Annotated, Any, Literal, NamedTuple, Self
+from typing import Annotated, Literal, NamedTuple, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
@@ -128,10 +128,6 @@ class ConditionsInput(InputModel):
     temperature_oil: Temperature | None = None
     roughness_rms: inputs.Rms | None = None
 
-    def given(self) -> dict[str, float]:
-        """The given conditions in SI units."""
-        return self.model_dump(exclude_none=True)
-
 
 class SpecimensInput(InputModel):
     """Shape of the contact; a point contact is replaced by a line contact, as the solver is for line contacts.
@@ -178,10 +174,6 @@ class NoiseInput(InputModel):
         return self.absolute is not None or self.relative is not None
 
 
-def _names(value: Any) -> Any:
-    return (value,) if isinstance(value, str) else value
-
-
 class CalibrationModel(ModelInput):
     """Model of the contacts; rough contacts are solved, whatever `roughness` says."""
 
@@ -192,7 +184,7 @@ class CalibrationSetup(InputModel):
     """Known inputs of a measurement and fitted parameters: the content of the setup file."""
 
     oil: Annotated[str, in_any_case("oils")]
-    parameters: Annotated[tuple[str, ...], BeforeValidator(_names)]
+    parameters: Annotated[tuple[str, ...], BeforeValidator(lambda value: (value,) if isinstance(value, str) else value)]
     eyring_stress_law: Literal["constant", "pressure"] | None = None
     conditions: ConditionsInput = ConditionsInput()
     specimens: SpecimensInput

@@ -5,7 +5,7 @@ Shipped datasets are selected by name; their plans are in the same folder.
 
 import hashlib
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -391,14 +391,11 @@ def run_status(run: Path) -> RunStatus:
         parts.append(rows)
         plan_name, planned = str(meta["plan_name"]), int(meta["count"])
     every = result_files.table_of(result_files.one_row_per_case(parts), _OF_STATUS)
-    failures = tuple(_failed_cases(every[every["status"] == "failed"]))
-    longest = float(every["seconds_cpu"].max()) if len(every) else 0.0
-    return RunStatus(plan_name, planned, len(every), failures, tuple(shards), longest)
-
-
-def _failed_cases(frame: pd.DataFrame) -> Iterator[FailedCase]:
-    for record in frame.sort_values(["reason", "key"]).to_dict("records"):
+    failures = []
+    for record in every[every["status"] == "failed"].sort_values(["reason", "key"]).to_dict("records"):
         where = {name: float(record[name]) for name in _WHERE}
         rough = float(np.hypot(record["roughness_rms_1"], record["roughness_rms_2"]))
         case = (str(record["key"]), str(record["reason"]), int(record["attempts"]), float(record["seconds"]))
-        yield FailedCase(*case, {**where, "roughness_rms": rough})
+        failures.append(FailedCase(*case, {**where, "roughness_rms": rough}))
+    longest = float(every["seconds_cpu"].max()) if len(every) else 0.0
+    return RunStatus(plan_name, planned, len(every), tuple(failures), tuple(shards), longest)

@@ -125,8 +125,7 @@ def read_meta(run: Path) -> dict[str, Any]:
     if path.suffix == JOURNAL:
         return header_of(path)
     with _corruption_reported(path), h5py.File(path, "r", locking=False) as file:
-        _check_schema(file, path)
-        return _attributes(file)
+        return _attributes(file, path)
 
 
 def read_file(path: Path) -> tuple[dict[str, Any], Rows]:
@@ -247,8 +246,7 @@ def write_hdf5(target: Path, meta: Mapping[str, Any], rows: Rows, *, compress: b
 
 def _read_hdf5(path: Path) -> tuple[dict[str, Any], Rows]:
     with _corruption_reported(path), h5py.File(path, "r", locking=False) as file:
-        _check_schema(file, path)
-        meta = _attributes(file)
+        meta = _attributes(file, path)
         size = _declared_rows(file, path)
         rows = np.zeros(size, ROW)
         for name in ROW.names or ():
@@ -280,8 +278,19 @@ def _attribute(file: h5py.File, name: str) -> Any:
     return int(value) if isinstance(value, np.integer) else value
 
 
-def _attributes(file: h5py.File) -> dict[str, Any]:
-    """Attributes of the run; a corrupt text may contain characters that are not printable."""
+def _attributes(file: h5py.File, path: Path) -> dict[str, Any]:
+    """Attributes of the run in a file with all columns of this schema; a corrupt text may not be printable."""
+    schema = _attribute(file, "schema")
+    if not isinstance(schema, int):
+        raise InputError("run", str(path), "a result file of `mixed-ehl sweep merge`", "It has no schema number.")
+    if schema > SCHEMA:
+        hint = f"It was written by the newer version {_attribute(file, 'writer')}; update mixed-ehl to read it."
+        raise InputError(f"{path.name}.schema", schema, f"at most {SCHEMA}", hint)
+    missing = [name for name in ("key", *_COLUMNS) if name not in file]
+    if schema < SCHEMA or missing:
+        columns = f"Columns {', '.join(missing[:5])} are missing: " if missing else ""
+        hint = f"{columns}it is corrupt, or of an older version. Remove it and repeat the merge or sweep."
+        raise InputError("run", str(path), f"a result file of schema {SCHEMA} with all columns", hint)
     meta = {name: _attribute(file, name) for name in ("schema", "writer", *_SHARED)}
     for name, value in meta.items():
         if name in ("schema", "count"):
@@ -305,17 +314,3 @@ def _declared_rows(file: h5py.File, path: Path) -> int:
     if max(file[name].dtype.itemsize for name in ("key", *_COLUMNS)) > max(KEY_WIDTH, *TEXT_WIDTHS.values()):
         raise TypeError("its columns are of another type")
     return int(min(size[0] if len(size) == 1 else 0 for size in sizes))
-
-
-def _check_schema(file: h5py.File, path: Path) -> None:
-    schema = _attribute(file, "schema")
-    if not isinstance(schema, int):
-        raise InputError("run", str(path), "a result file of `mixed-ehl sweep merge`", "It has no schema number.")
-    if schema > SCHEMA:
-        hint = f"It was written by the newer version {_attribute(file, 'writer')}; update mixed-ehl to read it."
-        raise InputError(f"{path.name}.schema", schema, f"at most {SCHEMA}", hint)
-    missing = [name for name in ("key", *_COLUMNS) if name not in file]
-    if schema < SCHEMA or missing:
-        columns = f"Columns {', '.join(missing[:5])} are missing: " if missing else ""
-        hint = f"{columns}it is corrupt, or of an older version. Remove it and repeat the merge or sweep."
-        raise InputError("run", str(path), f"a result file of schema {SCHEMA} with all columns", hint)

@@ -37,6 +37,7 @@ _UNITS: dict[str, dict[str, int]] = {
     "1/K": {"K": -1},
     "W/(m.K)": {"kg": 1, "m": 1, "s": -3, "K": -1},
 }
+_SIGNS = str.maketrans("* ", "..", "^")  # from units of the program
 # folder and suffix of libraries by system and processor
 _PLATFORMS = {
     ("Linux", "x86_64"): ("linux64", ".so"),
@@ -73,7 +74,7 @@ def friction_fmu(program: Program, name: str) -> bytes:
 
     Raises `InputError`: its oil is not written into the program.
     """
-    inputs = [Variable(n, _unit(UNITS[n]), MEANING[n], _START.get(n, 0.0)) for n in program.arguments]
+    inputs = [Variable(n, UNITS[n].translate(_SIGNS), MEANING[n], _START.get(n, 0.0)) for n in program.arguments]
     meaning = ("friction coefficient", "lower end of its interval", "upper end of its interval", flag_meanings(program))
     outputs = [Variable(output, "", text) for output, text in zip(OUTPUTS, meaning, strict=True)]
     arguments = ", ".join(f"u[{k}]" for k in range(len(inputs)))
@@ -116,10 +117,6 @@ static void outputs(const double u[], double y[])
             # the same content gives the same file
             unit.writestr(zipfile.ZipInfo(member), content, zipfile.ZIP_DEFLATED)
     return file.getvalue()
-
-
-def _unit(unit: str) -> str:
-    return unit.replace("*", ".").replace(" ", ".").replace("^", "")
 
 
 def _model_description(

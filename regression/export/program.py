@@ -23,7 +23,7 @@ from ehl.fluid.viscosity import TEMPERATURE_RANGE
 from regression.export import record
 from regression.export.record import NotRecordable, Value
 from regression.friction.conditions import LUBRICANT_UNITS, STATE_UNITS, derived_conditions, lubricant_columns
-from regression.friction.data_cloud import DataCloud
+from regression.friction.data_cloud import STEP, DataCloud
 from regression.friction.fitted import FittedFormula, flags_of, friction_of_form
 from regression.friction.models import FrictionFlag
 from regression.friction.network import FADE, Network
@@ -93,7 +93,7 @@ def guard(cloud: DataCloud, logarithms: list[Any]) -> list[Any]:
         "cases": list(zip(*cloud.points, strict=True)),
         "limits": cloud.limits,
     }
-    sizes = {"STEP": cloud.step, "SIZE": len(logarithms), "CASES": len(cloud.points), "PAIRS": len(cloud.limits)}
+    sizes = {"STEP": STEP, "SIZE": len(logarithms), "CASES": len(cloud.points), "PAIRS": len(cloud.limits)}
     return list(DataValue(DataFunction("guard", arrays, sizes), logarithms))
 
 

@@ -214,10 +214,6 @@ def _log1p(x: Value) -> Value:
     return record("multiply", 2.0, record("arctanh", x / (2.0 + x)))
 
 
-def _expm1(x: Value) -> Value:
-    return record("multiply", 2.0 * np.exp(0.5 * x), record("sinh", 0.5 * x))
-
-
 _LOWERED: dict[str, Callable[..., Any]] = {
     "true_divide": lambda x, y: x / y,
     "float_power": lambda x, y: x**y,
@@ -233,7 +229,7 @@ _LOWERED: dict[str, Callable[..., Any]] = {
     "log2": lambda x: np.log(x) / math.log(2.0),
     "exp2": lambda x: 2.0**x,
     "log1p": _log1p,
-    "expm1": _expm1,
+    "expm1": lambda x: record("multiply", 2.0 * np.exp(0.5 * x), record("sinh", 0.5 * x)),
     "expit": lambda x: 1.0 / (1.0 + np.exp(-x)),
     "logaddexp": lambda x, y: np.maximum(x, y) + _log1p(np.exp(-np.absolute(x - y))),
     "bitwise_and": lambda x, y: record("and", x, y),

@@ -29,6 +29,7 @@ RADIUS_SLACK = 1.2
 FAR_DISTANCE = 2.0  # over the covering radius
 _MIN_SPREAD = 1e-6  # spread of ln x below which x is a constant
 _DIGITS = 3  # decimals of stored coordinates
+STEP = 10.0**-_DIGITS  # unit of the stored integers
 _BLOCK = 256  # points of a block whose products fit into the cache
 
 
@@ -82,16 +83,11 @@ class DataCloud(InputModel):
         """Distance of whitened points to the nearest of `points` over the covering radius, at most 1 at cases."""
         return _nearest(z, self._points) / self.radius
 
-    @property
-    def step(self) -> float:
-        """Unit of the stored integers."""
-        return 10.0**-_DIGITS
-
     def pair_margin(self, logarithms: Array) -> Array:
         """Smallest distance of sums and differences of pairs to their limits, negative outside; for shape (n, d)."""
         u = (logarithms - np.array(self.mean)) / np.array(self.scale)
         first, second, *ends = np.array(self.limits).T
-        low, high, least, most = (self.step * end for end in ends)
+        low, high, least, most = (STEP * end for end in ends)
         margin = np.full(len(u), np.inf)
         for start in range(0, len(u), _BLOCK):
             block = slice(start, start + _BLOCK)
@@ -102,7 +98,7 @@ class DataCloud(InputModel):
 
     @cached_property
     def _points(self) -> Array:
-        return self.step * np.array(self.points)
+        return STEP * np.array(self.points)
 
     def extrapolation(self, conditions: Conditions) -> NDArray[np.int8]:
         """`CloudDistance` of every point, in the shape of the conditions."""
@@ -145,7 +141,7 @@ def data_cloud(table: Mapping[str, Array], variables: tuple[str, ...], count: in
         mahalanobis=float(np.linalg.norm(z, axis=1).max()),
         points=tuple(tuple(round(float(v) * 10.0**_DIGITS) for v in row) for row in z[chosen]),
         # margin for the rounding of coordinates
-        radius=radius + 10.0**-_DIGITS * len(kept) ** 0.5,
+        radius=radius + STEP * len(kept) ** 0.5,
         limits=_pair_limits((logs - mean) / scale),
     )
 

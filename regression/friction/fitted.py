@@ -420,12 +420,9 @@ class FittedFormula(FrictionModel, InputModel):
 
     def _refused(self, conditions: Conditions, wrong: NDArray[np.bool_]) -> InputError:
         count = f"{int(np.sum(wrong))} of {wrong.size} points"
-        for name, (low, high) in self.ranges.items():
-            there = np.ravel(conditions[name])[np.ravel(wrong)]
-            if there.min() < low or there.max() > high:
-                value = float(there.min() if there.min() < low else there.max())
-                where = f"{low:.6g} to {high:.6g} {UNITS[name]}".strip()
-                return InputError(name, value, where, f"{count} lie outside the data of {self.name}.")
+        for name, value, _ in self.beyond(conditions):
+            where = "{:.6g} to {:.6g} ".format(*self.ranges[name]) + UNITS[name]
+            return InputError(name, value, where.strip(), f"{count} lie outside the data of {self.name}.")
         hint = f"Each variable is within its range, but no case of {self.name} has a similar combination."
         return InputError("conditions", count, "points within the data", hint)
 
@@ -445,7 +442,7 @@ def friction_of_form(
     """
     with np.errstate(divide="ignore", invalid="ignore", over="ignore", under="ignore"):
         if network is None or form.parts is None:
-            return np.exp(form.log_mu(table, coefficients, cast("float", boundary_friction))), None
+            return np.exp(form.log_mu(table, coefficients, boundary_friction)), None
         # [()] gives the recorded expression of an export, and an array unchanged
         share, film = (np.asarray(part)[()] for part in form.parts(table, coefficients))
         found, deviation = network.corrected(share, film, table, boundary_friction, evaluate)

@@ -35,12 +35,7 @@ LEVEL: dict[str, tuple[float, float]] = {"fast": (-1.83, 1.1), "standard": (-0.0
 # contact whose roughness is finer than its mesh
 NODE_ITERATION, RUNS = 1.5e-7, 4
 
-_SECONDS = ValueRange("s", gt=0.0, le=1e8)
-
-
-def checked_time_cap(value: float | str) -> float:
-    """Seconds; a text must have a unit."""
-    return _SECONDS.check_given(value, "time_cap")
+TIME_CAP = ValueRange("s", gt=0.0, le=1e8)
 
 
 @dataclass(frozen=True)
@@ -87,9 +82,8 @@ def contact_seconds(model: ModelInput, table: Mapping[str, FloatArray]) -> tuple
     Returns: seconds are limited by the largest work of the solver, also far outside the fitted range.
     """
     seconds = np.full(table["pressure_hertz"].shape, SMOOTH[model.accuracy])
-    rough = np.zeros(seconds.shape, dtype=bool)
     films = zip(*_hot_film(table), strict=True)
-    rough |= [math.isfinite(ratio) and roughness_matters(ratio, model, stress) for ratio, stress in films]
+    rough = np.array([math.isfinite(film) and roughness_matters(film, model, stress) for film, stress in films], bool)
     constant, factor = LEVEL[model.accuracy]
     terms = cost_terms(table)[rough]
     most = RUNS * BOUND * WORK[model.accuracy] * NODE_ITERATION

@@ -12,7 +12,7 @@ import json
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
@@ -38,7 +38,7 @@ from ehl.material import Material, effective_modulus
 from ehl.surface.finish import default_correlation_length
 from regression.friction.conditions import LUBRICANT_UNITS, derive, lubricant_columns
 from regression.plan.axes import EXCLUSIVE, REQUIRED, VARIABLES, PlanAxis, Variables, evenly_spaced
-from regression.plan.cost import CostEstimate, checked_time_cap, contact_seconds
+from regression.plan.cost import TIME_CAP, CostEstimate, contact_seconds
 from regression.plan.sampling import (
     Accept,
     BoxSampler,
@@ -58,10 +58,7 @@ MAX_DRAWN = 10  # largest number of points before the constraints are applied, o
 MAX_CORNER_VARIABLES = 10  # d ranges have 2^d corners
 # columns of a table of points; the oil is a text
 QUANTITIES: dict[str, ValueRange | None] = {**VARIABLES, "oil": None}
-
-
-def _read_columns(value: Any) -> dict[str, Column]:
-    return read_columns(value, QUANTITIES)
+Columns = Annotated[dict[str, Column], BeforeValidator(partial(read_columns, quantities=QUANTITIES))]
 
 
 class Sampling(InputModel):
@@ -92,10 +89,6 @@ class PlanPoints:
 
     def __len__(self) -> int:
         return len(self.origin)
-
-    def values(self, index: int) -> dict[str, float]:
-        """Values of the variables at one point."""
-        return {name: float(column[index]) for name, column in self.columns.items()}
 
 
 class Plan(InputModel, Reportable):
@@ -143,7 +136,7 @@ class Plan(InputModel, Reportable):
     description: str = ""
     sampling: Sampling = Sampling()
     variables: Variables = Variables()
-    table: Annotated[dict[str, Column], BeforeValidator(_read_columns)] = Field(default_factory=dict)
+    table: Columns = Field(default_factory=dict)
     constraints: Constraints = Constraints()
     lubricant: dict[str, Any]
     solid_1: SolidInput = SolidInput()
@@ -318,11 +311,6 @@ class Plan(InputModel, Reportable):
             raise InputError("lubricant.oil", oil, "a name, or a list of different names")
         return names
 
-    @property
-    def oil(self) -> str | None:
-        """Name of the oil card; None if there are several or the lubricant is given by numbers."""
-        return self.oils[0] if len(self.oils) == 1 else None
-
     @cached_property
     def count(self) -> int:
         """Number of cases."""
@@ -363,12 +351,13 @@ class Plan(InputModel, Reportable):
                     numbers.append(block.number)
                     for name, parts in columns.items():
                         parts.append(block.columns[name] if name in block.columns else np.full(n, fixed[name]))
-        repeat = self.sampling.realisations
+        repeat, number = self.sampling.realisations, np.concatenate(numbers)
+        own = np.zeros_like(number) if self.sampling.same_profile else number
         return PlanPoints(
             tuple(o for o in origin for _ in range(repeat)),
             {name: np.repeat(np.concatenate(parts), repeat) for name, parts in columns.items()},
             tuple(o for o in oils for _ in range(repeat)),
-            self._roughness_seeds(np.concatenate(numbers)),
+            np.asarray(self.surface.seed + (own[:, None] * repeat + np.arange(repeat)).ravel()),
             {name: count / rejected["drawn"] for name, count in rejected.items() if name != "drawn"},
         )
 
@@ -387,12 +376,6 @@ class Plan(InputModel, Reportable):
     def _oils_of(self, rows: Iterable[int], oil: str | None) -> list[str | None]:
         """Oil card of each point: that of its row of the table, otherwise `oil`."""
         return [str(self.table["oil"][row]) if "oil" in self.table else oil for row in rows]
-
-    def _roughness_seeds(self, number: IntArray) -> IntArray:
-        """Seeds of the roughness profiles of points, all realisations."""
-        repeat = self.sampling.realisations
-        own = np.zeros_like(number) if self.sampling.same_profile else number
-        return np.asarray(self.surface.seed + (own[:, None] * repeat + np.arange(repeat)).ravel())
 
     def _constraint_filter(self, fixed: Mapping[str, float], oil: str | None, rejected: Counter[str]) -> Accept | None:
         """Function that selects points inside all windows of the constraints; None without constraints.
@@ -431,7 +414,7 @@ class Plan(InputModel, Reportable):
         given = self.lubricant.get("temperature_oil", 353.15)
         temperature = VARIABLES["temperature_oil"].check(given, "lubricant.temperature_oil")
         table = {
-            "effective_modulus": np.full(size, self.modulus),
+            "effective_modulus": np.full(size, self.effective_modulus or effective_modulus(*self.bodies)),
             "speed_sliding_lengthwise": np.zeros(size),
             "temperature_oil": np.full(size, temperature),
             "roughness_rms_1": np.zeros(size),
@@ -473,12 +456,8 @@ class Plan(InputModel, Reportable):
                     found[name][part] = column
         return found
 
-    def case_seconds(self) -> FloatArray:
-        """Estimated processor time of every case, in the order of `points` [s]."""
-        return self._cost()[0]
-
-    def _cost(self) -> tuple[FloatArray, NDArray[np.bool_]]:
-        """Estimated seconds of every case, and which of them are transient rough contacts."""
+    def case_seconds(self) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """Estimated processor time of every case of `points` [s], and which of them are transient rough contacts."""
         return contact_seconds(self.model, self.conditions(self.points.columns, self.points.oils))
 
     def estimate(self, time_cap: float | str | None = None) -> CostEstimate:
@@ -493,8 +472,8 @@ class Plan(InputModel, Reportable):
         >>> cost.wall(jobs=4) < cost.seconds
         True
         """
-        seconds, rough = self._cost()
-        seconds = np.minimum(seconds, np.inf if time_cap is None else checked_time_cap(time_cap))
+        seconds, rough = self.case_seconds()
+        seconds = np.minimum(seconds, np.inf if time_cap is None else TIME_CAP.check_given(time_cap, "time_cap"))
         return CostEstimate(
             self.name,
             self.model.accuracy,
@@ -513,14 +492,11 @@ class Plan(InputModel, Reportable):
         return pd.DataFrame({"origin": points.origin, "oil": points.oils, "seed": points.seed, **points.columns})
 
     def __repr__(self) -> str:
-        return f"Plan {self.name!r}: {self.count} cases, {self._summary()}"
+        varied = ", ".join(name for name, axis in self.axes.items() if axis.sampled or len(axis.values) > 1)
+        words = f"{', '.join(self.oils) or 'a lubricant by numbers'}; over {varied or 'a table of points'}"
+        return f"Plan {self.name!r}: {self.count} cases, accuracy {self.model.accuracy}; {words}"
 
     __str__ = __repr__
-
-    def _summary(self) -> str:
-        varied = ", ".join(name for name, axis in self.axes.items() if axis.sampled or len(axis.values) > 1)
-        oils = ", ".join(self.oils) or "a lubricant by numbers"
-        return f"accuracy {self.model.accuracy}; {oils}; over {varied or 'a table of points'}"
 
     def to_dict(self) -> dict[str, Any]:
         """All entries in SI units, with their defaults, as stored with results (`from_json`)."""
@@ -544,11 +520,6 @@ class Plan(InputModel, Reportable):
         return {name: np.array(cells, dtype=float) for name, cells in self.table.items() if name != "oil"}
 
     @property
-    def modulus(self) -> float:
-        """Effective modulus E' [Pa]."""
-        return self.effective_modulus or effective_modulus(*self.bodies)
-
-    @property
     def bodies(self) -> tuple[Material, Material]:
         """Both bodies."""
         return self.solid_1.body(), self.solid_2.body()
@@ -561,7 +532,8 @@ class Plan(InputModel, Reportable):
     def case_at(self, index: int) -> Contact:
         """The contact of one point of `points`."""
         points = self.points
-        return self.case(points.values(index), oil=points.oils[index], seed=int(points.seed[index]))
+        values = {name: float(column[index]) for name, column in points.columns.items()}
+        return self.case(values, oil=points.oils[index], seed=int(points.seed[index]))
 
     def case(self, values: Mapping[str, float], *, oil: str | None = None, seed: int | None = None) -> Contact:
         """The contact at `values` of the variables [SI], with one of several oils and the seed of its roughness.

@@ -162,18 +162,16 @@ FINAL_REASONS = frozenset({"too_hot", "shear_strength", "undefined"})
 _ACCURACIES: tuple[str, ...] = get_args(Accuracy)
 
 
-def case_numbers(case: Contact) -> dict[str, Any]:
+def case_numbers(case: BaseModel, prefix: str = "") -> dict[str, Any]:
     """Every input of a case that has a value, by its full name such as ``surface.seed``, as stored in journals."""
-    return dict(_values(case, ""))
-
-
-def _values(model: BaseModel, prefix: str) -> Iterator[tuple[str, Any]]:
-    for name in type(model).model_fields:
-        value = getattr(model, name)
+    found: dict[str, Any] = {}
+    for name in type(case).model_fields:
+        value = getattr(case, name)
         if isinstance(value, BaseModel):
-            yield from _values(value, f"{prefix}{name}.")
+            found |= case_numbers(value, f"{prefix}{name}.")
         elif value is not None:
-            yield prefix + name, value
+            found[prefix + name] = value
+    return found
 
 
 def case_key(case: Contact, version: str) -> str:
@@ -219,9 +217,7 @@ def published_outputs(case: Contact, name: str) -> Outputs:
     Raises `ConvergenceError`: the formula has no positive value for this case.
     """
     columns = derive({key: np.array([value]) for key, value in input_row(case).items() if key in UNITS})
-    base = "mineral"
-    if isinstance(case.lubricant, OilLubricant):
-        base = Oil.load(case.lubricant.oil).base
+    base = Oil.load(case.lubricant.oil).base if isinstance(case.lubricant, OilLubricant) else "mineral"
     mu, _ = PUBLISHED[name].values(columns, base)
     if np.isnan(mu[0]):
         raise ConvergenceError("undefined")

@@ -120,19 +120,15 @@ class SweepReport:
                 f"CPU time of the cases {duration(self.seconds_cpu)}; {workers} spent {100.0 * self.occupancy:.1f} % "
                 "of the time in cases"
             )
-        if self.corrupt:
-            lines.append(f"{self.corrupt} rows on disk did not match their checksum and were computed again")
-        if self.fallback:
-            lines.append(f"{self.fallback} cases have a result with fallback settings only (column setting)")
-        if self.truncated:
-            lines.append(f"{self.truncated} incomplete rows of an interrupted process were computed again")
-        if self.restarts:
-            lines.append(f"workers crashed and were replaced {self.restarts} times")
-        if self.reasons_unsettled:
-            lines.append(f"with an error above the tolerance: {counted_reasons(self.reasons_unsettled)}")
-        if self.reasons_failed:
-            lines.append(f"without a result: {counted_reasons(self.reasons_failed)}")
-        return "\n".join(lines)
+        remarks = (
+            (self.corrupt, f"{self.corrupt} rows on disk did not match their checksum and were computed again"),
+            (self.fallback, f"{self.fallback} cases have a result with fallback settings only (column setting)"),
+            (self.truncated, f"{self.truncated} incomplete rows of an interrupted process were computed again"),
+            (self.restarts, f"workers crashed and were replaced {self.restarts} times"),
+            (self.reasons_unsettled, f"with an error above the tolerance: {counted_reasons(self.reasons_unsettled)}"),
+            (self.reasons_failed, f"without a result: {counted_reasons(self.reasons_failed)}"),
+        )
+        return "\n".join([*lines, *(text for count, text in remarks if count)])
 
 
 @dataclass
@@ -209,7 +205,7 @@ def sweep_shard(
     path = folder / f"shard-{number:04d}-of-{shards:04d}{JOURNAL}"
     indices = np.arange(number - 1, len(plan.points), shards)
     clock = time.perf_counter()
-    cost = plan.case_seconds()[indices]
+    cost = plan.case_seconds()[0][indices]
     # the longest first, so that all workers finish at about the same time
     order = np.lexsort((np.arange(indices.size), -cost))
     with (

@@ -365,11 +365,10 @@ def _running(x: Array, y: Array) -> tuple[Array, Array, Array, Array]:
     return centre, quantiles[:, 0], quantiles[:, 1], quantiles[:, 2]
 
 
-def plot_bands(formula: FittedFormula) -> Figure:
+def plot_bands(formula: FittedFormula) -> Axes:
     """Held-out errors by band of each variable: bars for the mean, marks for the 95 % quantile."""
     bands = formula.bands
-    figure = new_figure(7.6, 1.3 + 0.26 * len(bands))
-    axes = figure.add_subplot()
+    axes = axes_or_new(None, 7.6, 1.3 + 0.26 * len(bands))
     names = list(dict.fromkeys(band.variable for band in bands))
     mean, most = (np.array([100.0 * getattr(band, name) for band in bands]) for name in ("mape", "p95"))
     place = np.arange(len(bands))
@@ -383,14 +382,13 @@ def plot_bands(formula: FittedFormula) -> Figure:
     axes.set(xlabel="error of held-out cases [%]", xlim=(0.0, 1.1 * max(float(mean.max()), float(most.max()))))
     axes.grid(axis="x", alpha=0.3)
     axes.legend(frameon=False, fontsize=8, loc="lower right")
-    return figure
+    return axes
 
 
-def plot_sensitivity(indices: SobolIndices) -> Figure:
+def plot_sensitivity(indices: SobolIndices) -> Axes:
     """First-order and total Sobol indices of ln mu with their 90 % intervals, the largest first."""
     order = np.argsort(indices.total)
-    figure = new_figure(6.0, 0.5 * len(order) + 1.3)
-    axes = figure.add_subplot()
+    axes = axes_or_new(None, 6.0, 0.5 * len(order) + 1.3)
     places = np.arange(len(order))
     for shift, values, interval, colour, label in (
         (0.19, indices.total, indices.total_interval, BLUE, "total, with interactions"),
@@ -402,7 +400,7 @@ def plot_sensitivity(indices: SobolIndices) -> Figure:
     axes.set_yticks(places, [labels[i] for i in order])
     axes.set(xlabel="share of the variance of ln µ [-]", xlim=(0.0, None))
     axes.legend(frameon=False, loc="lower right")
-    return figure
+    return axes
 
 
 def plot_friction(dataset: Dataset) -> Figure:

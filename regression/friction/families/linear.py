@@ -6,7 +6,6 @@ continuous with a kink at each knot.
 """
 
 import itertools
-from collections.abc import Callable, Mapping
 
 import numpy as np
 
@@ -41,15 +40,6 @@ def _power_design(c: Conditions) -> Array:
     return np.column_stack([np.ones_like(rough), pressure, *(np.log(c[name]) for name in names), viscosity, rough])
 
 
-def _linear(
-    design: Callable[[Conditions], Array], terms: tuple[str, ...]
-) -> Callable[[Conditions, Mapping[str, float], float], Array]:
-    def log_mu(c: Conditions, coefficients: Mapping[str, float], boundary_friction: float) -> Array:
-        return np.asarray(design(c) @ np.array([coefficients[term] for term in terms]))
-
-    return log_mu
-
-
 _XU_TERMS = ("b1", "b2", "b3", "b4", "b5", "b6", "b7", "b8", "b9")
 _POWER_TERMS = ("constant", "pressure", "radius", "speed", "sliding", "viscosity", "roughness")
 
@@ -60,7 +50,6 @@ XU = Family(
     " with P = p_h in GPa, SR = |v_s|/u, u = u_r in m/s, n = eta0 in mPa s, R in m, S = Rq in um, lg = log10",
     _XU_TERMS,
     BOX,
-    _linear(_xu_design, _XU_TERMS),
     _xu_design,
 )
 
@@ -71,7 +60,6 @@ POWER_LAW = Family(
     " with P = p_h in GPa, R in m, u = u_r in m/s, SR = |v_s|/u, n = eta0 in mPa s, S = Rq in um",
     _POWER_TERMS,
     BOX,
-    _linear(_power_design, _POWER_TERMS),
     _power_design,
 )
 
@@ -135,6 +123,5 @@ REGIMES = Family(
     " in ln l, and constant beyond the outer ones",
     _TERMS,
     (*BOX, "correlation_length"),
-    _linear(_design, _TERMS),
     _design,
 )

@@ -146,12 +146,6 @@ def short_parts(c: Conditions, k: Mapping[str, float]) -> tuple[Array, Array]:
     return share, np.asarray(film * (1.0 - share) ** _FILM_POWER)
 
 
-def short_log_mu(c: Conditions, k: Mapping[str, float], boundary_friction: float) -> Array:
-    """ln mu of both parts."""
-    share, film = short_parts(c, k)
-    return np.asarray(np.log(share * boundary_friction + film))
-
-
 # term: start, lower and upper bound
 _TERMS: dict[str, tuple[float, float, float]] = {
     "strain": (0.8, 0.05, 20.0),
@@ -199,7 +193,6 @@ SHORT = Family(
     _EQUATION,
     tuple(_TERMS),
     ROUGH_BOX,
-    short_log_mu,
     start=_START,
     lower=_LOWER,
     upper=_UPPER,

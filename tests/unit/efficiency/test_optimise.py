@@ -203,16 +203,14 @@ def test_workers_give_the_same_points_and_lose_one_at_most(found: Optimisation, 
         points = evaluate_all(tasks, workers, Journal(None))
     assert [p.figures for p in points] == [p.figures for p in found.evaluations[1:3]]
 
-    class Crashes:
-        """Its first row is lost with its worker, and when it is alone again."""
+    def crashes(numbered: Any, *_: Any) -> Any:
+        """The first row is lost with its worker, and when it is alone again."""
+        for number, task in numbered:
+            if task.key == tasks[0].key:
+                raise WorkersCrashed
+            yield number, asdict(Evaluation(task.key, task.values, {"power_loss": 1.0}))
 
-        def results(self, numbered: Any, function: Any, time_cap: Any = None) -> Any:
-            for number, task in numbered:
-                if task.key == tasks[0].key:
-                    raise WorkersCrashed
-                yield number, asdict(Evaluation(task.key, task.values, {"power_loss": 1.0}))
-
-    first, second = evaluate_all(tasks, Crashes(), Journal(None))
+    first, second = evaluate_all(tasks, crashes, Journal(None))
     assert first.reason.startswith("worker_lost")
     assert second.figures == {"power_loss": 1.0}
 

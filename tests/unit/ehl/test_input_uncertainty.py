@@ -17,7 +17,7 @@ from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
 from ehl.fluid.oil_uncertainty import standard_uncertainty
 from ehl.inputs import ContactProblem
-from ehl.surface.finish import Additive, Finish, lay_seen, surface_uncertainty
+from ehl.surface.finish import Additive, Finish, lay_seen
 from ehl.uncertainty import spread as spread_module
 from ehl.uncertainty.contact_design import contact_uncertainty, uncertain_contact_inputs, varied_lubricant
 from ehl.uncertainty.result import Change, InputUncertainty, combined, ends, score_of
@@ -73,12 +73,9 @@ def test_spreads() -> None:
     assert [DEFAULT.spread("peklenik_number").at(1.0, side) for side in (-z, z)] == pytest.approx([1.0, 5.0])
 
 
-def test_spreads_of_rough_model_given_friction_and_remembered_card() -> None:
+def test_spreads_of_rough_model_and_remembered_card() -> None:
     """The first decreases as the inverse square above a film ratio of 1; a card from memory adds 0.15 in quadrature."""
     assert spread_module.lateral_spread(np.array([0.5, 1.0, 2.0]), 0.08) == pytest.approx([0.08, 0.08, 0.02])
-    surfaces = [surface_uncertainty(roughness_rms=1e-6, boundary_friction=friction) for friction in (None, 0.05)]
-    usual, given = (surface["boundary_friction"] for surface in surfaces)
-    assert (given.value, given.sigma) == pytest.approx((0.05, usual.sigma))
     law: Any = SimpleNamespace(deviation=0.08, law="law")
     known, memory = (standard_uncertainty(law, None, certainty) for certainty in ("verified", "unverified"))
     assert (known["pressure_viscosity"], memory["pressure_viscosity"]) == (0.08, 0.17)

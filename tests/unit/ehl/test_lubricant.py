@@ -170,7 +170,7 @@ def test_points_of_every_source_are_met_by_the_card() -> None:
     assert len(cards) > 20
     for card in cards:
         oil = ehl.Oil.load(card)
-        for temperature, pressure, viscosity in source_points(card):
+        for temperature, pressure, viscosity in source_points().get(card, []):
             found = float(oil.at(temperature).viscosity(np.array(pressure)))
             assert found == pytest.approx(viscosity, rel=0.01), (card, temperature - KELVIN, pressure)
 

@@ -40,7 +40,7 @@ def files(folder: Path, table: str = GOOD, setup: str = SETUP) -> tuple[Path, Pa
 
 def test_units_of_the_header_and_common_conditions(tmp_path: Path) -> None:
     measured, given = files(tmp_path)
-    measurement = read_measurement(measured, setup_of(given).conditions.given())
+    measurement = read_measurement(measured, setup_of(given).conditions.model_dump(exclude_none=True))
     assert (measurement.load, measurement.curve) == ("load", ("a", "a", "b", "b"))
     columns = {"speed_entrainment": [2.5, 2.5, 0.1, 0.05], "slide_to_roll": [0.05, 0.5, 0.5, 0.5]}
     for name, values in (columns | {"temperature_oil": 353.15, "roughness_rms": 80e-9}).items():
@@ -70,7 +70,7 @@ def test_slip_in_both_directions_is_folded_and_repeats_averaged(tmp_path: Path, 
             lines.append("\t".join(f"{cell:.6g}" for cell in cells))
     lines.append("2500\t0.0515\t79.9\t81.0\t36.02\t100" if signed else "2500\t0.0495\t79.9\t81.0\t36.02\t100")
     measured.write_text(RIG + "\n".join(lines) + "\nAll steps completed\n", encoding="cp1252")
-    found = read_measurement(measured, setup_of(given).conditions.given())
+    found = read_measurement(measured, setup_of(given).conditions.model_dump(exclude_none=True))
     np.testing.assert_allclose(found.friction, [*truth, 0.0495], rtol=1e-4)
     np.testing.assert_allclose(found.columns["slide_to_roll"], [0.01, 0.05, 0.2, 0.5, 1.0])
     np.testing.assert_allclose(found.columns["temperature_oil"], 353.05)

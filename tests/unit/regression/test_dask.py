@@ -110,7 +110,7 @@ def test_another_version(plan: Plan, tmp_path: Path, cluster: Executor, monkeypa
 def test_a_cluster_that_is_gone_is_said(plan: Plan, status: str) -> None:
     _, case = next(plan.cases())
     cluster = DaskCluster(SimpleNamespace(status=status, nthreads=dict), worker_timeout=0.0)
-    rows = cluster.results(iter([(0, CaseTask("k", "sobol", case))]), CaseRunner(XU))
+    rows = cluster(iter([(0, CaseTask("k", "sobol", case))]), CaseRunner(XU), None)
     with pytest.raises(ClusterLost):
         next(iter(rows))
 

@@ -27,17 +27,20 @@ ODD, PAIRS = np.array([1.0, -1.0, 1.0, -1.0]), np.array([1.0, 1.0, -1.0, -1.0])
 TERMS = ("constant", "slope")
 
 
+def _line(table: Any, k: Any) -> tuple[Any, Any]:
+    return np.zeros_like(table["x"]), np.exp(k["constant"] + k["slope"] * table["x"])
+
+
+LINE = Family("line", "", "", TERMS, (), None, (-2.0, 0.1), (-9.0, -9.0), (9.0, 9.0), _line)
+
+
 @pytest.mark.parametrize("with_parts", [False, True])
 def test_standard_errors_of_a_nonlinear_fit_count_a_case_once(with_parts: bool) -> None:
     """ln mu = a + b x with x = +-1 and residuals of +-s orthogonal to both: s/sqrt(8 - 2)."""
     x, target = np.tile(ODD, 2), np.tile(-3.0 + 0.2 * ODD + 1e-3 * PAIRS, 2)
 
-    def log_mu(table: Any, k: Any, _: float = 0.1) -> Any:
-        return k["constant"] + k["slope"] * table["x"]
-
-    parts = (lambda table, k: (np.zeros(8), np.exp(log_mu(table, k)))) if with_parts else None
-    line = Family("line", "", "", TERMS, (), log_mu, None, (-2.0, 0.1), (-9.0, -9.0), (9.0, 9.0), parts)
-    found = _nonlinear_fit(line, {"x": x}, target, np.ones(8), 0.1, (np.zeros(8), np.exp(target)), None)
+    computed = (np.zeros(8), np.exp(target)) if with_parts else None
+    found = _nonlinear_fit(LINE, {"x": x}, target, np.ones(8), 0.1, computed, None)
     assert found.standard_errors == pytest.approx(dict.fromkeys(TERMS, 1e-3 / math.sqrt(6.0)), rel=2e-3)
 
 
@@ -161,14 +164,11 @@ def test_intervals_of_a_calibration_cover_as_they_state(stated: bool, memory: fl
 def test_standard_errors_of_a_robust_fit_agree_with_monte_carlo() -> None:
     """Normal residuals of twice the limit of outliers: the stated errors are the scatter of the fitted values."""
     rng, x = np.random.default_rng(3), np.linspace(-1.0, 1.0, 200)
-    line = Family(
-        "line", "", "", TERMS, (), lambda table, k, _=0.1: k["constant"] + k["slope"] * table["x"], None,
-        (-2.0, 0.1), (-9.0, -9.0), (9.0, 9.0),
-    )  # fmt: skip
+
     values, stated = [], []
     for _ in range(300):
         target = -3.0 + 0.2 * x + 0.1 * rng.standard_normal(200)
-        found = _nonlinear_fit(line, {"x": x}, target, np.ones(200), 0.1, None, None)
+        found = _nonlinear_fit(LINE, {"x": x}, target, np.ones(200), 0.1, None, None)
         values.append([found.values[term] for term in TERMS])
         stated.append([found.standard_errors[term] for term in TERMS])
     ratio = np.sqrt(np.mean(np.square(stated), axis=0)) / np.std(values, axis=0, ddof=1)

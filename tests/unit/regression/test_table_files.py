@@ -7,7 +7,7 @@ import pytest
 from refusals import refuses
 
 from ehl.common.errors import InputError
-from ehl.common.table_reader import numbered_table, read_table
+from ehl.common.table_reader import read_table
 from ehl.common.units import ValueRange
 from regression.plan.plan import QUANTITIES, Plan
 
@@ -129,7 +129,7 @@ def test_an_export_of_a_test_rig(tmp_path: Path, encoding: str, decimal: str, ca
     caplog.set_level("INFO", "mixed_ehl")
     (tmp_path / "run.txt").write_bytes(MTM.replace(".", decimal).replace("\n", "\r\n").encode(encoding))
     quantities = CONDITIONS | {"temperature_oil": ValueRange("K", gt=200.0)}
-    found, numbers = numbered_table(tmp_path / "run.txt", quantities, tuple(quantities), missing=True)
+    found, numbers = read_table(tmp_path / "run.txt", quantities, tuple(quantities), missing=True)
     assert numbers == (6, 10)
     assert found["load"] == pytest.approx((36.02, 20.0))
     assert found["speed_entrainment"] == pytest.approx((2.0001, 1.0))
@@ -158,7 +158,7 @@ def test_an_export_of_a_test_rig(tmp_path: Path, encoding: str, decimal: str, ca
 )
 def test_heads_and_numbers_of_other_programs(tmp_path: Path, text: str) -> None:
     (tmp_path / "t.csv").write_bytes(text.encode("cp1252" if text.isascii() else "utf-8"))
-    found = read_table(tmp_path / "t.csv", CONDITIONS, tuple(CONDITIONS), missing="n/a" in text)
+    found, _ = read_table(tmp_path / "t.csv", CONDITIONS, tuple(CONDITIONS), missing="n/a" in text)
     assert [abs(found[name][0]) for name in CONDITIONS] == pytest.approx([1234.5, 2.5, 0.1])  # type: ignore[arg-type]
     assert len(found["load"]) == (3 if "n/a" in text else 1)
 

@@ -247,7 +247,7 @@ def test_the_solver_gives_back_what_was_put_in(mixed_ehl: Any, tmp_path: Path, m
     Path("setup.toml").write_text(SETUP, encoding="utf-8")
     Path("conditions.csv").write_text(CONDITIONS, encoding="utf-8")
     truth, setup = {"eyring_stress": 8e6, "limiting_shear_coefficient": 0.04}, calibrate_module.setup_of("setup.toml")
-    rows = read_measurement(Path("conditions.csv"), setup.conditions.given(), friction=False)
+    rows = read_measurement(Path("conditions.csv"), setup.conditions.model_dump(exclude_none=True), friction=False)
     friction = made(rows, setup, truth, 5e-4 * np.random.default_rng(3).standard_normal(rows.size)).friction
     cells = zip(CONDITIONS.splitlines(), ["friction_coefficient", *map(str, friction)], strict=True)
     Path("made.csv").write_text("\n".join([SYNTHETIC, *map(",".join, cells)]), encoding="utf-8")

@@ -10,7 +10,7 @@ from scipy.spatial import Delaunay
 
 from ehl.common.errors import InputError
 from ehl.common.validation import validate
-from regression.friction.data_cloud import CloudDistance, DataCloud, covering_points, data_cloud, in_convex_hull
+from regression.friction.data_cloud import STEP, CloudDistance, DataCloud, covering_points, data_cloud, in_convex_hull
 
 NAMES = ("pressure_hertz", "radius_equivalent", "speed_entrainment")
 
@@ -89,7 +89,7 @@ def test_distance_is_to_the_nearest_point_over_the_covering_radius() -> None:
     fitted = cloud()
     few = cloud(20)
     new = cases(100, 5)
-    apart = few.whitened(new)[:, None] - few.step * np.array(few.points)
+    apart = few.whitened(new)[:, None] - STEP * np.array(few.points)
     nearest = np.linalg.norm(apart, axis=2).min(axis=1)
     np.testing.assert_allclose(few.distance(few.whitened(new)), nearest / few.radius, rtol=1e-9)
     assert few.radius > 1.5 * fitted.radius
