@@ -61,14 +61,10 @@ class FlankPoints:
 
 
 class Flank(ABC):
-    """One flank of one member in its work frame: a surface of three parameters with one condition.
-
-    side: ``"concave"`` or ``"convex"``.
-    blank: blank of the member.
-    """
+    """One flank of one member in its work frame: a surface of three parameters with one condition."""
 
     side: FlankSide
-    blank: Blank
+    blank: Blank  # of the member
 
     @abstractmethod
     def sweep(self, x: Array) -> tuple[Array, Array, Array]:
