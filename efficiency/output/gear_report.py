@@ -369,13 +369,14 @@ def map_sections(grid: Grid, medium: Medium, units: Units = "metric") -> list[Se
         raise InputError("report", grid.reason, "a grid with a result")
     first = grid.results[0]
     title = f"{first.design}, {first.side}: map, friction: {model_label(first.friction_model)}"
+    over = tables.efficiency_grids(grid) if is_map(grid) else []
     if medium == "files":
-        return [Section("", [Head(title), *tables.map_tables(grid)])]
+        return [Section("", [Head(title), tables.map_table(grid), *over, tables.remarks_table(grid.results)])]
     if medium == "terminal":
         skipped = dict.fromkeys(text for result in grid.results for text in result.skipped)
         below: list[Item] = [tables.grid_notes(grid), *(Text(f"neglected: {text}") for text in skipped)]
         below += [Text(grid.interpolation)] if grid.interpolation else []
-        return [Section("", [*(tables.efficiency_grids(grid) if is_map(grid) else [tables.map_table(grid)]), *below])]
+        return [Section("", [*(over or [tables.map_table(grid)]), *below])]
     if is_map(grid):
         found = page_sections(nearest_point(grid), grid, units)
         # only the figures of the map are written as files

@@ -337,20 +337,6 @@ def _outside_note(grid: Grid, number: int) -> str:
     )
 
 
-def map_tables(grid: Grid) -> list[Table]:
-    """All operating points of a map; the efficiency over torque and speed at each temperature; remarks."""
-    grids = efficiency_grids(grid) if tuple(grid.axes) == ("torque", "speed", "temperature") else []
-    return [map_table(grid), *grids, remarks_table(grid.results)]
-
-
-def comparison_table(comparison: Comparison) -> Table:
-    """One row per result, for files: all columns, models by their names in commands."""
-    rows = [
-        [row.name if name == "friction_model" else getattr(row, name) for name in _COMPARED] for row in comparison.rows
-    ]
-    return Table(_COMPARED, rows, title=operating_point(comparison), name="models")
-
-
 def models_table(comparison: Comparison) -> Table:
     """The table for terminal and page, by increasing loss; a model without uncertain inputs has no interval."""
     limits, known = _limits(comparison.rows), comparison.rows
@@ -405,8 +391,12 @@ def comparison_tables(comparison: Comparison) -> list[Table]:
         for row in comparison.rows
         if row.loss_regions
     ]
+    rows = [
+        [row.name if name == "friction_model" else getattr(row, name) for name in _COMPARED] for row in comparison.rows
+    ]
     return [
-        comparison_table(comparison),
+        # all columns, models by their names in commands
+        Table(_COMPARED, rows, title=operating_point(comparison), name="models"),
         Table.from_columns(angle | along["mu"], name="friction along the mesh"),
         Table.from_columns(angle | along["power_loss"], name="loss along the mesh"),
         Table(("friction_model", *regions), shares, name="share of loss by region"),
