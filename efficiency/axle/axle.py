@@ -332,8 +332,20 @@ class Axle:
         return self._fluids[kelvin]
 
     def _loads_at(self, row: DutyRow, nodes: Sequence[float] = ()) -> list[list[tuple[float, float]]]:
-        """Radial and axial load of the bearings of both shafts [N], interpolated between torques that are given."""
-        return [shaft.loads(of) for shaft, of in zip(self.shafts, self._wrench_at(row, nodes), strict=True)]
+        """Radial and axial load of the bearings of both shafts [N].
+
+        Between `nodes`, torques that are given, the wrench per torque is linear in the logarithm of the torque.
+        """
+        torque, wrenches = abs(row.torque), np.zeros((2, 6))
+        if torque and (len(nodes) < 2 or torque in nodes):
+            wrenches = self._wrench(row.side, torque)
+        elif torque:
+            place = int(np.clip(np.searchsorted(nodes, torque), 1, len(nodes) - 1))
+            low, high = nodes[place - 1], nodes[place]
+            share = math.log(torque / low) / math.log(high / low)
+            shares = zip((low, high), (1.0 - share, share), strict=True)
+            wrenches = np.asarray(sum(torque * part * self._wrench(row.side, node) / node for node, part in shares))
+        return [shaft.loads(of) for shaft, of in zip(self.shafts, wrenches, strict=True)]
 
     def _alternatives(self, row: DutyRow, loads: _Loads) -> dict[tuple[str, str], float]:
         """Losses by the other methods [W], by source and method."""
@@ -407,19 +419,6 @@ class Axle:
             on_both = [shaft_wrenches(loaded.grids.coarse, *on)[0] for on in zip(axes, (-1.0, 1.0), strict=True)]
             self._wrenches[side, torque] = np.mean(on_both, axis=1)
         return self._wrenches[side, torque]
-
-    def _wrench_at(self, row: DutyRow, nodes: Sequence[float]) -> FloatArray:
-        """The same at an operating point, per torque linear in its logarithm between nodes."""
-        torque = abs(row.torque)
-        if torque == 0.0:
-            return np.zeros((2, 6))
-        if len(nodes) < 2 or torque in nodes:
-            return self._wrench(row.side, torque)
-        place = int(np.clip(np.searchsorted(nodes, torque), 1, len(nodes) - 1))
-        low, high = nodes[place - 1], nodes[place]
-        share = math.log(torque / low) / math.log(high / low)
-        shares = zip((low, high), (1.0 - share, share), strict=True)
-        return np.asarray(sum(torque * part * self._wrench(row.side, node) / node for node, part in shares))
 
     def _result(
         self, kind: Kind, rows: Sequence[DutyRow], meshes: Sequence[_MeshLoss], nodes: _Nodes | None = None
