@@ -59,7 +59,11 @@ def gear_sections(result: EfficiencyResult, medium: Medium, units: Units = "metr
     if medium == "files":
         design = design_of(result) if result.case.mesh else None
         drawing = [design_drawing(design).table(units)] if isinstance(design, Design) else []
-        return [Section("", [Head(_title(result)), *tables.result_tables(result), *drawing])]
+        own = [result.inputs.table()] if result.inputs.sources else []
+        own.append(tables.remarks_table([result]))
+        own += [result.strength.table(), result.strength.root_table()] if result.has_strength else []
+        points = [tables.position_table(result), tables.point_table(result)]
+        return [Section("", [Head(_title(result)), tables.result_table(result), *own, *points, *drawing])]
     strength = [replace(result.strength.table(), notes=result.strength.notes)] if result.has_strength else []
     inputs = [] if result.own_inputs is None else [result.own_inputs.table()]
     notes = Notes(pair_notes(result_notes(result)))

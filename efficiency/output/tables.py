@@ -214,14 +214,6 @@ def range_table(result: EfficiencyResult) -> Table:
     return Table(("end", *found), ends, title=title, vertical=True)
 
 
-def result_tables(result: EfficiencyResult) -> list[Table]:
-    """Tables of one operating point: result, remarks, strength, mesh positions, loaded points."""
-    inputs = [result.inputs.table()] if result.inputs.sources else []
-    strength = [result.strength.table(), result.strength.root_table()] if result.has_strength else []
-    head = [result_table(result), *inputs, remarks_table([result]), *strength]
-    return [*head, position_table(result), point_table(result)]
-
-
 def result_table(result: EfficiencyResult) -> Table:
     """Scalar values, ranges of the local conditions and counts of the flags of the friction model, one per line."""
     columns: dict[Any, Any] = {name: cell(value) for name, value in result.scalars(interval=True).items()}
