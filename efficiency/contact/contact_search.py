@@ -112,6 +112,7 @@ def transmission(surface: MeshSurface) -> Transmission:
     error, best = _envelope(path.pinion_angle, path.transmission_error, angle, pitch)
     high, expected = np.ptp(error), np.ptp(_envelope(path.pinion_angle, path.expected, angle, pitch)[0])
     gear_pitch = 2.0 * np.pi / surface.assembly.teeth_gear
+    # above the general limit, or far above the value of first order
     if high > min(_LARGEST * gear_pitch, _PROPORTION * expected + _SMALL * gear_pitch):
         raise ConvergenceError(
             "transmission",

@@ -306,13 +306,8 @@ def with_values(start: SettingsInput, values: Mapping[str, float], flanks: Flank
     for variable, value in values.items():
         if variable in _BLANK:
             inner.setdefault(_BLANK[variable], {})[_blank_place(start, variable)[1]] = value
-    blank = inner.pop("", {}) | {
-        table: getattr(start.blank, table).model_copy(update=keys) for table, keys in inner.items()
-    }
-    update = {
-        "targets": targets.model_copy(update=changed),
-        "blank": start.blank.model_copy(update=blank),
-    }
+    blank = inner.pop("", {}) | {t: getattr(start.blank, t).model_copy(update=keys) for t, keys in inner.items()}
+    update = {"targets": targets.model_copy(update=changed), "blank": start.blank.model_copy(update=blank)}
     update |= _members(start, values)
     return start.model_copy(update=update | ({"name": name} if name else {}))
 
