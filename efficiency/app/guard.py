@@ -53,12 +53,10 @@ class Guard:
             return FOREIGN
         if any(origin.lower() != f"http://{hosts[0].lower()}" for origin in origins):
             return FOREIGN
-        return None if in_address or any(map(self._is_token, self._kept_tokens(scope))) else NO_TOKEN
-
-    def _kept_tokens(self, scope: _Message) -> list[str]:
         # split by hand: other programs of this machine may have set cookies that a strict parser stops at
         parts = [part.strip().partition("=") for line in _header(scope, b"cookie") for part in line.split(";")]
-        return [value for name, _, value in parts if name == self._cookie]
+        kept = [value for name, _, value in parts if name == self._cookie]
+        return None if in_address or any(map(self._is_token, kept)) else NO_TOKEN
 
     def _is_token(self, text: str) -> bool:
         return secrets.compare_digest(text.encode(errors="replace"), self._token.encode())

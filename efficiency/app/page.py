@@ -325,7 +325,9 @@ class Page:
 
         def solve() -> tuple[str, str]:
             result = self.bench.contact(scene).solve()
-            return _picture(result.figure()), (
+            held = io.BytesIO()
+            result.figure().savefig(held, format="png", dpi=110, bbox_inches="tight")
+            return "data:image/png;base64," + base64.b64encode(held.getvalue()).decode(), (
                 f"mu {result.friction_coefficient:.4f} ± {100 * result.friction_error:.2g} %, central film "
                 f"{1e9 * result.film_central:.3g} nm, {result.status}"
             )
@@ -368,12 +370,6 @@ def _note(note: Any) -> None:
 def _drawn(answer: SceneAnswer) -> tuple[dict[str, Any], dict[str, Any], list[Any]]:
     """Charts of pressure and loss on the tooth, and the notes."""
     return charts.tooth(answer, "pressure_hertz"), charts.tooth(answer, "loss_density"), answer.notes
-
-
-def _picture(figure: Any) -> str:
-    held = io.BytesIO()
-    figure.savefig(held, format="png", dpi=110, bbox_inches="tight")
-    return "data:image/png;base64," + base64.b64encode(held.getvalue()).decode()
 
 
 def chart_card(title: str, classes: str = "flex-1 min-w-[320px]") -> Any:

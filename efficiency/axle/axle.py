@@ -223,30 +223,23 @@ class Axle:
         sides: tuple[tuple[Side, float], ...] = (("drive", 1.0), ("coast", -1.0))
         for side, sign in sides:
             loaded = sorted(float(sign * t) for t in torques if sign * t > 0.0)
-            if loaded:
-                axes = loaded, [float(w) for w in speeds], kelvins
-                losses_of_side, nodes[side] = self._mesh_map(side, axes, friction)
-                for place, mesh in losses_of_side.items():
-                    found[sign * place[0], place[1], place[2]] = mesh
+            if not loaded:
+                continue
+            axes = loaded, [float(w) for w in speeds], kelvins
+            grid = self._mesh(side).map(friction, *axes, driver="pinion" if side == "drive" else "gear")
+            # intervals are interpolated from the ends of the axes
+            shape, few = tuple(map(len, axes)), [sorted({0, len(values) - 1}) for values in axes]
+            corners = [grid.points[int(np.ravel_multi_index(at, shape))].result for at in itertools.product(*few)]
+            ends = np.log([_ends(corner) for corner in corners]).reshape(*map(len, few), 2)
+            at_corners = [[values[k] for k in some] for values, some in zip(axes, few, strict=True)]
+            places = list(itertools.product(*axes))
+            spread = np.exp(RegularGridInterpolator(at_corners, ends)(places)).tolist()
+            model = next((corner.friction_model for corner in corners if corner is not None), "")
+            nodes[side] = sorted({point.result.conditions.torque for point in grid.points if point.result is not None})
+            for (t, w, kelvin), point, (low, high) in zip(places, grid.points, spread, strict=True):
+                found[sign * t, w, kelvin] = _MeshLoss.of(point, (low, high), model)
         losses = [found[row.torque, row.speed, row.temperature] if row.torque else _MeshLoss() for row in rows]
         return self._result("map", rows, losses, nodes)
-
-    def _mesh_map(
-        self, side: Side, axes: tuple[list[float], ...], friction: Friction | None
-    ) -> tuple[dict[tuple[float, ...], _MeshLoss], list[float]]:
-        """Mesh losses of one side, their intervals interpolated from the ends of the axes, and the torques solved."""
-        driver: Any = "pinion" if side == "drive" else "gear"
-        grid = self._mesh(side).map(friction, *axes, driver=driver)
-        shape, few = tuple(map(len, axes)), [sorted({0, len(values) - 1}) for values in axes]
-        corners = [grid.points[int(np.ravel_multi_index(place, shape))].result for place in itertools.product(*few)]
-        ends = np.log([_ends(corner) for corner in corners]).reshape(*map(len, few), 2)
-        at_corners = [[values[k] for k in some] for values, some in zip(axes, few, strict=True)]
-        places = list(itertools.product(*axes))
-        spread = np.exp(RegularGridInterpolator(at_corners, ends)(places)).tolist()
-        model = next((corner.friction_model for corner in corners if corner is not None), "")
-        nodes = sorted({point.result.conditions.torque for point in grid.points if point.result is not None})
-        found = zip(places, grid.points, spread, strict=True)
-        return {place: _MeshLoss.of(point, (low, high), model) for place, point, (low, high) in found}, nodes
 
     @one_thread
     def duty(
@@ -332,8 +325,20 @@ class Axle:
         return self._fluids[kelvin]
 
     def _loads_at(self, row: DutyRow, nodes: Sequence[float] = ()) -> list[list[tuple[float, float]]]:
-        """Radial and axial load of the bearings of both shafts [N], interpolated between torques that are given."""
-        return [shaft.loads(of) for shaft, of in zip(self.shafts, self._wrench_at(row, nodes), strict=True)]
+        """Radial and axial load of the bearings of both shafts [N].
+
+        Between `nodes`, torques that are given, the wrench per torque is linear in the logarithm of the torque.
+        """
+        torque, wrenches = abs(row.torque), np.zeros((2, 6))
+        if torque and (len(nodes) < 2 or torque in nodes):
+            wrenches = self._wrench(row.side, torque)
+        elif torque:
+            place = int(np.clip(np.searchsorted(nodes, torque), 1, len(nodes) - 1))
+            low, high = nodes[place - 1], nodes[place]
+            share = math.log(torque / low) / math.log(high / low)
+            shares = zip((low, high), (1.0 - share, share), strict=True)
+            wrenches = np.asarray(sum(torque * part * self._wrench(row.side, node) / node for node, part in shares))
+        return [shaft.loads(of) for shaft, of in zip(self.shafts, wrenches, strict=True)]
 
     def _alternatives(self, row: DutyRow, loads: _Loads) -> dict[tuple[str, str], float]:
         """Losses by the other methods [W], by source and method."""
@@ -342,13 +347,6 @@ class Axle:
             for method in set(get_args(field.annotation)) - {getattr(self.methods, name)}:
                 found[name, method] = self.with_methods(**{name: method})._other_losses(row, loads)[0][name]
         return found
-
-    def _interval_ends(self, row: DutyRow, loads: _Loads, losses: Mapping[str, float]) -> Ends:
-        viscosity, others = self._oil_at(row.temperature)[0], {}
-        if viscosity > THICK_OIL[0]:
-            for (name, _), loss in self._alternatives(row, loads).items():
-                others[name] = loss / losses[name] if losses[name] > 0.0 < loss else 1.0
-        return interval_ends(self.methods.bearings, viscosity, others)
 
     def _mesh(self, side: Side) -> Mesh:
         return self.pair.mesh(side, *(self._grid or ()))
@@ -408,19 +406,6 @@ class Axle:
             self._wrenches[side, torque] = np.mean(on_both, axis=1)
         return self._wrenches[side, torque]
 
-    def _wrench_at(self, row: DutyRow, nodes: Sequence[float]) -> FloatArray:
-        """The same at an operating point, per torque linear in its logarithm between nodes."""
-        torque = abs(row.torque)
-        if torque == 0.0:
-            return np.zeros((2, 6))
-        if len(nodes) < 2 or torque in nodes:
-            return self._wrench(row.side, torque)
-        place = int(np.clip(np.searchsorted(nodes, torque), 1, len(nodes) - 1))
-        low, high = nodes[place - 1], nodes[place]
-        share = math.log(torque / low) / math.log(high / low)
-        shares = zip((low, high), (1.0 - share, share), strict=True)
-        return np.asarray(sum(torque * part * self._wrench(row.side, node) / node for node, part in shares))
-
     def _result(
         self, kind: Kind, rows: Sequence[DutyRow], meshes: Sequence[_MeshLoss], nodes: _Nodes | None = None
     ) -> AxleResult:
@@ -433,7 +418,11 @@ class Axle:
                 if row.torque not in loads:
                     loads[row.torque] = self._loads_at(row, (nodes or {}).get(row.side, ()))
                 others, bearings, notes = self._other_losses(row, loads[row.torque])
-                ends = self._interval_ends(row, loads[row.torque], others)
+                viscosity, by_others = self._oil_at(row.temperature)[0], {}
+                if viscosity > THICK_OIL[0]:
+                    for (name, _), loss in self._alternatives(row, loads[row.torque]).items():
+                        by_others[name] = loss / others[name] if others[name] > 0.0 < loss else 1.0
+                ends = interval_ends(self.methods.bearings, viscosity, by_others)
             except ConvergenceError as error:
                 others, notes = dict.fromkeys(SOURCES[1:], math.nan), []
                 ends = dict.fromkeys(SOURCES[1:], (math.nan, math.nan))

@@ -59,11 +59,8 @@ def _brief(name: str, value: float) -> str:
 
 # short heads of a table with many points
 _SHORT = {"torque": "torque", "speed": "speed", "temperature": "oil", "loss_total_lower": "lower limit"}
-_SHORT |= {
-    "loss_total_upper": "upper limit",
-    "axle_efficiency": "efficiency",
-    "outside_range_share": "outside the range",
-}
+_SHORT |= {"loss_total_upper": "upper limit", "axle_efficiency": "efficiency"}
+_SHORT |= {"outside_range_share": "outside the range"}
 _SHORT |= {f"loss_{source}": source for source in SOURCES}
 
 

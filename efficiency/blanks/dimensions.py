@@ -37,9 +37,8 @@ class DepthFactors:
     dedendum_factor: float
     thickness_modification: float  # x_smn, theoretical, of the pinion
     recommended: tuple[str, ...] = ()  # recommended values used as defaults
-    clearance_factor_pinion: float | None = (
-        None  # between pinion root and gear tips, if different from the other clearance
-    )
+    # between pinion root and gear tips, if different from the other clearance
+    clearance_factor_pinion: float | None = None
 
 
 def factors(inputs: PairBlankInput, cones: PitchCones) -> DepthFactors:
@@ -286,7 +285,19 @@ def face_widths(
     if inputs.hypoid_offset == 0.0:
         pinion = outside, inside
     elif inputs.method == 1:
-        pinion = _pinion_face_method_1(inputs, cones, place, angles, working_depth, reserve, addendum_1)
+        # Formulae (159) to (166)
+        ratio = inputs.teeth_gear / inputs.teeth_pinion
+        d_1, d_2 = cones.pitch_angle_1, cones.pitch_angle_2
+        theta, face = angles.addendum_angle[0], angles.face_angle[0]
+        turn = atan(sin(place.zeta_mp) * cos(d_2) / (ratio * cos(d_1) + cos(d_2) * cos(place.zeta_mp)))
+        growth = working_depth * abs(sin(angles.offset_angle_root_plane)) * (1.0 - 1.0 / ratio)
+        along = width * cos(turn) / cos(place.zeta_mp - turn) / cos(theta) * cos(face)
+        far = share * along + growth - reserve * sin(d_1)
+        near = (1.0 - share) * along + growth + reserve * sin(d_1)
+        pinion = (
+            (far + addendum_1 * sin(d_1)) / cos(face) * cos(theta),
+            (near - addendum_1 * sin(d_1)) / (cos(d_1) - tan(theta) * sin(d_1)),
+        )
     elif inputs.method == 2:
         total = width * (1.0 + tan(place.zeta_mp) ** 2)
         pinion = share * total, (1.0 - share) * total
@@ -303,31 +314,6 @@ def face_widths(
             f"{cones.cone_distance_1 * 1e3:.4g} mm",
         )
     return FaceWidths((pinion[0], outside), (pinion[1], inside), in_plane)
-
-
-def _pinion_face_method_1(
-    inputs: PairBlankInput,
-    cones: PitchCones,
-    place: Placement,
-    angles: FaceAndRoot,
-    working_depth: float,
-    reserve: float,
-    addendum_1: float,
-) -> tuple[float, float]:
-    """b_e1, b_i1 [m], Formulae (159) to (166)."""
-    ratio = inputs.teeth_gear / inputs.teeth_pinion
-    d_1, d_2, share = cones.pitch_angle_1, cones.pitch_angle_2, cones.face_width_factor
-    theta, face = angles.addendum_angle[0], angles.face_angle[0]
-    turn = atan(sin(place.zeta_mp) * cos(d_2) / (ratio * cos(d_1) + cos(d_2) * cos(place.zeta_mp)))
-    width = inputs.face_width_gear * cos(turn) / cos(place.zeta_mp - turn)
-    growth = working_depth * abs(sin(angles.offset_angle_root_plane)) * (1.0 - 1.0 / ratio)
-    along = width / cos(theta) * cos(face)
-    outside = share * along + growth - reserve * sin(d_1)
-    inside = (1.0 - share) * along + growth + reserve * sin(d_1)
-    return (
-        (outside + addendum_1 * sin(d_1)) / cos(face) * cos(theta),
-        (inside - addendum_1 * sin(d_1)) / (cos(d_1) - tan(theta) * sin(d_1)),
-    )
 
 
 @dataclass(frozen=True)

@@ -17,11 +17,6 @@ from ehl.common.errors import InputError
 SPIRAL_AT_THE_ENDS, STEEPER, STEEPEST = radians(75.0), radians(8.0), radians(85.0)
 
 
-def _steepest(cones: PitchCones) -> float:
-    """Largest spiral angle on the faces [rad]."""
-    return max(SPIRAL_AT_THE_ENDS, min(abs(cones.spiral_1) + STEEPER, STEEPEST))
-
-
 @dataclass(frozen=True)
 class Trace:
     """Tooth trace of the gear."""
@@ -59,13 +54,22 @@ def check_trace(inputs: PairBlankInput, cones: PitchCones, places: tuple[float, 
     places: cone distances of the gear [m] that must be reached: its own ends, and those of the pinion's face.
     offset_in_plane: a_p [m].
     """
-    trace, steepest = tooth_trace(inputs, cones), _steepest(cones)
+    trace = tooth_trace(inputs, cones)
+    steepest = max(SPIRAL_AT_THE_ENDS, min(abs(cones.spiral_1) + STEEPER, STEEPEST))
     if _serves(trace, places, offset_in_plane, steepest):
         return trace
+
+    def with_radius(radius: float) -> bool:
+        try:
+            other = tooth_trace(inputs.model_copy(update={"cutter_radius": radius}), cones)
+        except InputError:
+            return False
+        return _serves(other, places, offset_in_plane, steepest)
+
     low, high = inputs.cutter_radius, inputs.cutter_radius
     for _ in range(24):
         high *= 1.3
-        if _serves_with(inputs, cones, high, places, offset_in_plane):
+        if with_radius(high):
             break
     else:
         raise InputError(
@@ -76,7 +80,7 @@ def check_trace(inputs: PairBlankInput, cones: PitchCones, places: tuple[float, 
         )
     for _ in range(50):
         middle = 0.5 * (low + high)
-        low, high = (low, middle) if _serves_with(inputs, cones, middle, places, offset_in_plane) else (middle, high)
+        low, high = (low, middle) if with_radius(middle) else (middle, high)
     stated = f"{inputs.cutter_radius * 1e3:.6g} mm"
     allowed = f"about {high * 1e3:.4g} mm or more, for spiral angles below {degrees(steepest):.0f} deg everywhere"
     raise InputError("cutter_radius", stated, allowed, "Or take a smaller face width or spiral angle.")
@@ -91,13 +95,3 @@ def _serves(trace: Trace, places: tuple[float, ...], offset_in_plane: float, ste
         if max(abs(gear), abs(pinion)) >= steepest:
             return False
     return True
-
-
-def _serves_with(
-    inputs: PairBlankInput, cones: PitchCones, radius: float, places: tuple[float, ...], offset_in_plane: float
-) -> bool:
-    try:
-        trace = tooth_trace(inputs.model_copy(update={"cutter_radius": radius}), cones)
-    except InputError:
-        return False
-    return _serves(trace, places, offset_in_plane, _steepest(cones))

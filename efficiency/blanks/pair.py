@@ -16,7 +16,7 @@ from efficiency.blanks.checks import blank_warnings, check_dimensions, check_pre
 from efficiency.blanks.dimensions import factors, taper_angles
 from efficiency.blanks.inputs import PairBlankInput, load_blank
 from efficiency.blanks.iso_10300 import rate_flank
-from efficiency.blanks.lengthwise import Trace, check_trace
+from efficiency.blanks.lengthwise import check_trace
 from efficiency.blanks.method_1 import method_1
 from efficiency.blanks.method_2 import method_2
 from efficiency.blanks.method_3 import method_3
@@ -79,7 +79,11 @@ def pair_blank(inputs: PairBlankInput | Path | str) -> PairBlank:
         inputs = load_blank(inputs)
     cones = pitch_cones(inputs)
     place = dimensions.placement(inputs.shaft_angle, inputs.hypoid_offset, cones)
-    alpha_lim, alphas = _pressure_angles(inputs, cones, place)
+    # limit pressure angle, and the generated ones of drive and coast side, Formulae (117) to (119)
+    alpha_lim = cones.limit_pressure_angle(place.zeta_mp)
+    influence = inputs.pressure_angle.limit_influence * alpha_lim
+    alphas = inputs.pressure_angle.drive + influence, inputs.pressure_angle.coast - influence
+    check_pressure_angles(inputs, alphas, alpha_lim)
     alpha_n = 0.5 * sum(alphas)
 
     # tooth depth at the calculation point, Formulae (132) to (139)
@@ -108,9 +112,17 @@ def pair_blank(inputs: PairBlankInput | Path | str) -> PairBlank:
     first, second = cones.cone_distance_1, cones.cone_distance_2
     inside, outside = faces.face_width_inside, faces.face_width_outside
     ends = (first - inside[0], first + outside[0]), (second - inside[1], second + outside[1])
-    trace, spirals = _spiral_angles(inputs, cones, place, ends)
+    # tooth trace; spiral angles of both members at toe and heel, Formulae (174) to (194)
+    toe, heel = (
+        sqrt(second**2 + along**2 + 2.0 * second * along * cos(place.zeta_mp))
+        for along in (cone - first for cone in ends[0])
+    )
+    trace = check_trace(inputs, cones, (*ends[1], toe, heel), place.offset_pitch_plane)
+    at_toe, at_heel = (trace.spiral(cone) + asin(place.offset_pitch_plane / cone) for cone in (toe, heel))
+    spirals = (at_toe, at_heel), (trace.spiral(ends[1][0]), trace.spiral(ends[1][1]))
     outer = outer_2, spirals[1][1]
     thick = dimensions.thickness(inputs, cones, module, factor, alpha_n, outer, addendums)
+    blade = inputs.inside_blade_angle_gear
     slots = SlotGeometry(
         cones=cones,
         place=place,
@@ -124,7 +136,8 @@ def pair_blank(inputs: PairBlankInput | Path | str) -> PairBlank:
         backlash_in_plane=thick.backlash_normal / cos(alpha_n),
         pressure_angles=alphas,
         pitch_share=PROCESSES[inputs.process].pitch_share,
-        cutter_tilt=_cutter_tilt(inputs, alphas[0]),
+        # normal tilt of the cutter of a Formate gear, Equation (48) of AGMA 929
+        cutter_tilt=None if inputs.gear_generation.rolls else 0.0 if blade is None else blade - alphas[0],
     )
     parts = _Parts(cones, place, addendums, dedendums, angles, faces, spirals, thick, slots_and_lands(slots), ends)
     pinion, gear = _member(inputs, parts, 0), _member(inputs, parts, 1)
@@ -200,42 +213,6 @@ def method_0(inputs: PairBlankInput) -> tangency.PitchCones:
     """Bevel pairs: the cones share their apex."""
     assert inputs.mean_spiral_angle_gear is not None
     return tangency.bevel_cones(inputs, inputs.mean_spiral_angle_gear)
-
-
-def _cutter_tilt(inputs: PairBlankInput, pressure_convex: float) -> float | None:
-    """Normal tilt of the cutter of a Formate gear, Equation (48) of AGMA 929; None for a generated gear."""
-    if inputs.gear_generation.rolls:
-        return None
-    blade = inputs.inside_blade_angle_gear
-    return 0.0 if blade is None else blade - pressure_convex
-
-
-def _pressure_angles(
-    inputs: PairBlankInput, cones: tangency.PitchCones, place: dimensions.Placement
-) -> tuple[float, tuple[float, float]]:
-    """Limit pressure angle, and the generated ones of drive and coast side; Formulae (117) to (119)."""
-    limit = cones.limit_pressure_angle(place.zeta_mp)
-    shift = inputs.pressure_angle.limit_influence * limit
-    generated = inputs.pressure_angle.drive + shift, inputs.pressure_angle.coast - shift
-    check_pressure_angles(inputs, generated, limit)
-    return limit, generated
-
-
-def _spiral_angles(
-    inputs: PairBlankInput,
-    cones: tangency.PitchCones,
-    place: dimensions.Placement,
-    ends: tuple[tuple[float, float], tuple[float, float]],
-) -> tuple[Trace, tuple[tuple[float, float], tuple[float, float]]]:
-    """Tooth trace; spiral angles of both members at toe and heel, Formulae (174) to (194)."""
-    mean = cones.cone_distance_2
-    toe, heel = (
-        sqrt(mean**2 + along**2 + 2.0 * mean * along * cos(place.zeta_mp))
-        for along in (cone - cones.cone_distance_1 for cone in ends[0])
-    )
-    trace = check_trace(inputs, cones, (*ends[1], toe, heel), place.offset_pitch_plane)
-    pinion = tuple(trace.spiral(cone) + asin(place.offset_pitch_plane / cone) for cone in (toe, heel))
-    return trace, ((pinion[0], pinion[1]), (trace.spiral(ends[1][0]), trace.spiral(ends[1][1])))
 
 
 def _named(kind: type[PairBlank | MemberBlank], *stages: object) -> dict[str, Any]:

@@ -143,26 +143,18 @@ def tangent_cones(inputs: PairBlankInput, delta_2: float, mean_diameter_2: float
     offset = inputs.hypoid_offset
     if offset == 0.0:
         return _touching(inputs, 0.0, delta_2, mean_diameter_2, spiral_2)
-    largest = _largest_offset_angle(inputs, delta_2, mean_diameter_2, spiral_2)
+    # largest zeta_m at which the pinion is a cone within the spiral limit; by bisection
+    largest, high = 0.0, copysign(0.5 * pi, offset)
+    for _ in range(60):
+        middle = 0.5 * (largest + high)
+        cones = _touching(inputs, middle, delta_2, mean_diameter_2, spiral_2)
+        possible = abs(sin(middle)) * sin(inputs.shaft_angle) < cos(cones.pitch_angle_1)
+        possible = possible and abs(cones.spiral_1) < SPIRAL_LIMIT and cones.pitch_angle_1 > PITCH_ANGLE_LOWEST
+        largest, high = (middle, high) if possible else (largest, middle)
     if abs(reach(largest)) <= abs(offset):
         raise too_large(offset, reach(largest))
     zeta_m = float(scipy.optimize.brentq(lambda zeta: reach(zeta) - offset, 0.0, largest, xtol=1e-15, rtol=8.9e-16))
     return _touching(inputs, zeta_m, delta_2, mean_diameter_2, spiral_2)
-
-
-def _largest_offset_angle(inputs: PairBlankInput, delta_2: float, mean_diameter_2: float, spiral_2: float) -> float:
-    """Largest zeta_m of the sign of the offset at which the pinion is a cone within the spiral limit; by bisection."""
-
-    def possible(zeta_m: float) -> bool:
-        cones = _touching(inputs, zeta_m, delta_2, mean_diameter_2, spiral_2)
-        inside = abs(sin(zeta_m)) * sin(inputs.shaft_angle) < cos(cones.pitch_angle_1)
-        return inside and abs(cones.spiral_1) < SPIRAL_LIMIT and cones.pitch_angle_1 > PITCH_ANGLE_LOWEST
-
-    low, high = 0.0, copysign(0.5 * pi, inputs.hypoid_offset)
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if possible(middle) else (low, middle)
-    return low
 
 
 def gear_mean_diameter(inputs: PairBlankInput, delta_2: float) -> float:

@@ -108,18 +108,12 @@ class PairAxes(MeshAxes, total=False):
 
 @dataclass(frozen=True)
 class Conditions:
-    """Operating conditions of a loaded mesh.
+    """Operating conditions of a loaded mesh."""
 
-    operation: speed, oil temperature, roughness and texture of the flanks, driving member.
-    oil: oil card.
-    load_balance: forces in the torque balance: normal and friction forces, or only the normal forces.
-    bulk: bulk temperature of the teeth: estimated from the loss, or the oil temperature.
-    """
-
-    operation: Operation
+    operation: Operation  # speed, oil temperature, roughness and texture of the flanks, driving member
     oil: Oil
-    load_balance: LoadBalance = "frictional"
-    bulk: Bulk = "estimate"
+    load_balance: LoadBalance = "frictional"  # forces in the torque balance: normal and friction, or only normal ones
+    bulk: Bulk = "estimate"  # bulk temperature of the teeth: estimated from the loss, or the oil temperature
 
     @classmethod
     def of(cls, design: PairDesign, given: Mapping[str, Any]) -> Conditions:

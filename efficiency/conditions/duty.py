@@ -15,7 +15,7 @@ from efficiency.contact.gear_flanks import Side
 from efficiency.design.design import PairDesign
 from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.kinematics import OPERATION_LIMITS, Driver
-from ehl.common.arrays import FloatArray, finite_or_none
+from ehl.common.arrays import finite_or_none
 from ehl.common.errors import InputError
 from ehl.common.table_reader import read_table
 from ehl.common.units import ValueRange
@@ -103,7 +103,13 @@ def read_duty(
     }
     size = len(next(iter(columns.values())))
     if "time" in columns and "hours" not in columns:
-        columns["hours"] = _durations(path, columns["time"])
+        # the time to the next row; the last one has the median
+        steps = np.diff(columns["time"])
+        if not len(steps) or not np.all(steps > 0.0):
+            hint = "Durations are given in the column hours, such as 'hours [s]'."
+            where, first = f"{path.name}, column time", float(columns["time"][0])
+            raise InputError(where, first, "increasing times of a recording", hint)
+        columns["hours"] = np.append(steps, np.median(steps)) / HOUR
     if "temperature" not in columns and held is not None:
         columns["temperature"] = np.full(size, held)
     for own, recorded in (("speed", "vehicle_speed"), ("torque", "wheel_torque")):
@@ -131,15 +137,6 @@ def duty_rows(duty: Path | str | Sequence[DutyRow], design: PairDesign, **option
         raise InputError("duty", type(duty).__name__, "a file, or a sequence of DutyRow")
     own = {"ratio": 1.0 / design.ratio, "temperature": design.operation.temperature}
     return read_duty(duty, **own | {name: value for name, value in options.items() if value is not None})
-
-
-def _durations(path: Path, time: FloatArray) -> FloatArray:
-    """Duration of each row of a recording in hours: the time to the next row; the last one has the median."""
-    steps = np.diff(time)
-    if not len(steps) or not np.all(steps > 0.0):
-        hint = "Durations are given in the column hours, such as 'hours [s]'."
-        raise InputError(f"{path.name}, column time", float(time[0]), "increasing times of a recording", hint)
-    return np.append(steps, np.median(steps)) / HOUR
 
 
 @dataclass(frozen=True)

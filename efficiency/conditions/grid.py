@@ -284,18 +284,13 @@ class Grid(Tabular, PointsResult):
 
 @dataclass(frozen=True)
 class Evaluator:
-    """Efficiency at many conditions; geometry and load are computed once each for any order of the conditions.
+    """Efficiency at many conditions; geometry and load are computed once each for any order of the conditions."""
 
-    at: efficiencies at conditions by names of `AXES` that have geometry, torque and oil in common.
-    progress: called with a `Progress` after each point.
-    strength: add grades and safety factors: 0.1 s a point.
-    interval: add the interval of the efficiency from uncertain inputs.
-    """
-
+    # efficiencies at conditions by names of `AXES` that have geometry, torque and oil in common
     at: Callable[[Sequence[Condition]], Sequence[EfficiencyResult]]
-    progress: ProgressCallback | None = None
-    strength: bool = False
-    interval: bool = False
+    progress: ProgressCallback | None = None  # called with a `Progress` after each point
+    strength: bool = False  # add grades and safety factors: 0.1 s a point
+    interval: bool = False  # add the interval of the efficiency from uncertain inputs
 
     def points(self, conditions: Sequence[Condition]) -> list[GridPoint]:
         """Points in the given order; a failed condition becomes a point with its reason."""

@@ -110,9 +110,16 @@ def transmission(surface: MeshSurface) -> Transmission:
     path = contact_path(surface, centre + np.linspace(-1.0, 1.0, 2 * _PER_PITCH + 1) * pitch)
     angle = centre + (np.arange(_FINE) / _FINE - 0.5) * pitch
     error, best = _envelope(path.pinion_angle, path.transmission_error, angle, pitch)
-    _plausible(
-        surface, float(np.ptp(error)), float(np.ptp(_envelope(path.pinion_angle, path.expected, angle, pitch)[0]))
-    )
+    high, expected = np.ptp(error), np.ptp(_envelope(path.pinion_angle, path.expected, angle, pitch)[0])
+    gear_pitch = 2.0 * np.pi / surface.assembly.teeth_gear
+    # above the general limit, or far above the value of first order
+    if high > min(_LARGEST * gear_pitch, _PROPORTION * expected + _SMALL * gear_pitch):
+        raise ConvergenceError(
+            "transmission",
+            f"the unloaded transmission error, {np.degrees(high):.3g} deg peak to peak, is out of proportion with "
+            f"the ease-off, about {np.degrees(expected):.3g} deg; the flanks do not match: check machine settings, "
+            "hypoid offset and misalignments",
+        )
     # a pair one pitch further ahead in mesh has a larger roll angle
     reached = angle + (best - 1) * pitch
     nearest = np.rint((reached - path.pinion_angle[0]) / pitch * _PER_PITCH).astype(int)
@@ -122,7 +129,7 @@ def transmission(surface: MeshSurface) -> Transmission:
         path=path,
         pinion_angle=angle,
         error=error,
-        peak_to_peak=float(np.ptp(error)),
+        peak_to_peak=float(high),
         harmonics=2.0 * np.abs(np.fft.rfft(error))[1 : ORDERS + 1] / _FINE,
         edges=tuple(EDGES[k] for k in touched[touched >= 0]),
         settled=bool(path.settled[carrying].all()),
@@ -158,18 +165,6 @@ def _envelope(at: FloatArray, single: FloatArray, angle: FloatArray, pitch: floa
     pairs = np.where(np.isnan(pairs), -np.inf, pairs)
     best = np.argmax(pairs, axis=0)
     return np.asarray(pairs[best, np.arange(angle.size)]), best
-
-
-def _plausible(surface: MeshSurface, error: float, expected: float) -> None:
-    """Raise an error if the transmission error is far above the first-order value, or above the general limit."""
-    pitch = 2.0 * np.pi / surface.assembly.teeth_gear
-    if error > _LARGEST * pitch or error > _PROPORTION * expected + _SMALL * pitch:
-        raise ConvergenceError(
-            "transmission",
-            f"the unloaded transmission error, {np.degrees(error):.3g} deg peak to peak, is out of proportion with "
-            f"the ease-off, about {np.degrees(expected):.3g} deg; the flanks do not match: check machine settings, "
-            "hypoid offset and misalignments",
-        )
 
 
 @dataclass(frozen=True)

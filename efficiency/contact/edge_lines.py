@@ -112,28 +112,22 @@ def _monotone_parts(
     for first, last in zip(starts, [*starts[1:], u.size], strict=True):
         if margin[first] <= 0.0 or last - first < 2:
             continue
-        at = _to_the_rim(u, v, margin, int(first), int(last))
-        order = np.argsort(surface.patch(*at, ("roll",))[0])
-        a, b = at[0][order], at[1][order]
+        # extended to the intersections with other edges at both ends
+        us, vs = [*u[first:last]], [*v[first:last]]
+        for inner, outer, where in ((first, first - 1, 0), (last - 1, last, len(us) + 1)):
+            if 0 <= outer < u.size:
+                share = margin[inner] / (margin[inner] - margin[outer]) if margin[outer] < 0.0 else 1.0
+                us.insert(where, u[inner] + share * (u[outer] - u[inner]))
+                vs.insert(where, v[inner] + share * (v[outer] - v[inner]))
+        a, b = np.array(us), np.array(vs)
+        order = np.argsort(surface.patch(a, b, ("roll",))[0])
+        a, b = a[order], b[order]
         points = surface.patch(a, b, POSITION)
         arc = np.concatenate([[0.0], np.cumsum(np.sqrt((np.diff(points, axis=1) ** 2).sum(axis=0)))])
         bend = float(surface.patch(a, b, ("bend",))[0].mean())
         angle = surface.patch(a, b, ("roll",))[0]
         parts.append(EdgePiece(edge, angle, a, b, arc, float(inwards[first]), bend))
     return parts
-
-
-def _to_the_rim(
-    u: FloatArray, v: FloatArray, margin: FloatArray, first: int, last: int
-) -> tuple[FloatArray, FloatArray]:
-    """Samples ``first:last`` of an edge, extended to the intersections with other edges at both ends."""
-    us, vs = [*u[first:last]], [*v[first:last]]
-    for inner, outer, where in ((first, first - 1, 0), (last - 1, last, len(us) + 1)):
-        if 0 <= outer < u.size:
-            share = margin[inner] / (margin[inner] - margin[outer]) if margin[outer] < 0.0 else 1.0
-            us.insert(where, u[inner] + share * (u[outer] - u[inner]))
-            vs.insert(where, v[inner] + share * (v[outer] - v[inner]))
-    return np.array(us), np.array(vs)
 
 
 @dataclass(frozen=True)
@@ -192,26 +186,17 @@ def edge_points(
         return EdgePoints(none, none, zero, zero, zero, zero, zero)
     u, v, length, angle = (np.concatenate(column) for column in zip(*parts, strict=True))
     edges = np.concatenate(edge)
-    closing, exists = _closing(surface, edges, u, v, angle)
+    # at some points of a gear edge the pinion has no flank
+    at_u, at_v, exists = u.copy(), v.copy(), np.ones(u.shape, bool)
+    own = np.flatnonzero(np.array([EDGES[k].startswith("gear") for k in edges]))
+    if own.size:
+        at_u[own], at_v[own], exists[own] = _landing(surface, u[own], v[own], angle[own])
+    closing = point_contact(surface, angle, at_u, at_v).behind
+    exists &= surface.regular(at_u, at_v) > 0.0
     frame = line_frame(surface.patch, u, v)
     size = np.sqrt((frame.gradient**2).sum(axis=0))
     distance = np.abs(surface.patch(u, v, ("roll",))[0] - angle) / size
     return EdgePoints(np.concatenate(owner), edges, u, v, length, closing, distance).at(exists)
-
-
-def _closing(
-    surface: MeshSurface, edge: IntArray, u: FloatArray, v: FloatArray, angle: FloatArray
-) -> tuple[FloatArray, BoolArray]:
-    """Gear rotation that closes the gap between edge points and the mating flank [rad], and whether it exists.
-
-    At some points of a gear edge the pinion has no flank.
-    """
-    at_u, at_v, exists = u.copy(), v.copy(), np.ones(u.shape, bool)
-    own = np.flatnonzero(np.array([EDGES[k].startswith("gear") for k in edge]))
-    if own.size:
-        at_u[own], at_v[own], exists[own] = _landing(surface, u[own], v[own], angle[own])
-    found = point_contact(surface, angle, at_u, at_v)
-    return found.behind, exists & (surface.regular(at_u, at_v) > 0.0)
 
 
 def _landing(

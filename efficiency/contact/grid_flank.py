@@ -220,23 +220,18 @@ def grid_flank(grid: PointGrid, side: FlankSide, blank: Blank, hand: Hand) -> Sm
     points = flank.points(np.stack([u, h, np.zeros_like(u)]))
     # distance along the normal: distance around the axis times the component of the normal in that direction
     share = np.abs(grid.position[0] * points.normal[1] - grid.position[1] * points.normal[0])
-    _check_normals(grid, points.normal)
+    if grid.normal is not None:
+        angle = np.linalg.norm(np.cross(grid.normal, points.normal, axis=0), axis=0)
+        angle = np.where(np.sum(grid.normal * points.normal, axis=0) > 0.0, angle, 2.0)
+        worst = int(np.argmax(angle))
+        if angle[worst] > _NORMAL_OFF:
+            raise InputError(
+                grid.place(worst),
+                "normal " + ", ".join(f"{x:.4g}" for x in grid.normal[:, worst]),
+                "near " + ", ".join(f"{x:.4g}" for x in points.normal[:, worst]) + ", that of the surrounding points",
+                "Normals point out of the tooth; also check flank and hand.",
+            )
     return replace(flank, error=float((missed * share).max()))
-
-
-def _check_normals(grid: PointGrid, normal: FloatArray) -> None:
-    if grid.normal is None:
-        return
-    angle = np.linalg.norm(np.cross(grid.normal, normal, axis=0), axis=0)
-    angle = np.where(np.sum(grid.normal * normal, axis=0) > 0.0, angle, 2.0)
-    worst = int(np.argmax(angle))
-    if angle[worst] > _NORMAL_OFF:
-        raise InputError(
-            grid.place(worst),
-            "normal " + ", ".join(f"{x:.4g}" for x in grid.normal[:, worst]),
-            "near " + ", ".join(f"{x:.4g}" for x in normal[:, worst]) + ", that of the surrounding points",
-            "Normals point out of the tooth; also check flank and hand.",
-        )
 
 
 def _slopes(grid: PointGrid, blank: Blank, u: FloatArray, v: FloatArray) -> FloatArray:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.contact.mesh_surface import MeshSurface, line_frame
+from efficiency.contact.mesh_surface import NORMAL, POSITION, MeshSurface, line_frame
 from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.errors import ConvergenceError
 
@@ -35,7 +35,11 @@ class Spans:
 def line_spans(surface: MeshSurface, roll: FloatArray) -> tuple[Spans, IntArray]:
     """Lines of given roll angles inside both blanks, and indices of roll angles with a line of finite length."""
     coarse = 61
-    swapped = _steep(surface)
+    at = np.array([surface.design_point[0]]), np.array([surface.design_point[1]])
+    (roll_u,), (roll_v,) = (surface.patch(*at, ("roll",), du=a, dv=1 - a) for a in (1, 0))
+    depth = float(surface.height(at[0], at[1] + 1.0)[0] - surface.height(*at)[0])
+    # whether the lines extend more over the tooth height than along the face
+    swapped = bool(abs(roll_u[0]) > abs(roll_v[0]) / depth)
     low, high = surface.patch.v_range if swapped else surface.patch.u_range
     run = np.broadcast_to(np.linspace(low, high, coarse), (roll.size, coarse))
     u, v, found = _level(surface, roll, run, swapped)
@@ -89,14 +93,6 @@ def line_points(surface: MeshSurface, spans: Spans, count: int) -> Lines:
     return Lines(u, v, np.repeat(part, count) / rate)
 
 
-def _steep(surface: MeshSurface) -> bool:
-    """Whether the lines extend more over the tooth height than along the face."""
-    u, v = np.array([surface.design_point[0]]), np.array([surface.design_point[1]])
-    (roll_u,), (roll_v,) = (surface.patch(u, v, ("roll",), du=a, dv=1 - a) for a in (1, 0))
-    depth = float(surface.height(u, v + 1.0)[0] - surface.height(u, v)[0])
-    return bool(abs(roll_u[0]) > abs(roll_v[0]) / depth)
-
-
 def _level(
     surface: MeshSurface, roll: FloatArray, run: FloatArray, swapped: bool, start: FloatArray | None = None
 ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
@@ -112,7 +108,9 @@ def _level(
     for _ in range(12):
         u, v = (free, fixed) if swapped else (fixed, free)
         slope = surface.patch(u, v, ("roll",), du=int(swapped), dv=int(not swapped))[0]
-        step = (surface.exact_roll(u, v) - target) / slope
+        # exact roll angle from the equation of meshing at the interpolated point and normal
+        f2, _ = surface.assembly.roll(surface.patch(u, v, POSITION), surface.patch(u, v, NORMAL))
+        step = (surface.direction * (f2 / surface.assembly.ratio - surface.roll_zero) - target) / slope
         moved = np.clip(free - step, low, high)
         found = np.abs(step) < 1e-10 * (high - low)
         settled = bool(np.all(np.abs(moved - free) < 1e-10 * (high - low)))

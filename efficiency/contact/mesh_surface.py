@@ -210,11 +210,6 @@ class MeshSurface:
         """Distance inside the nearest limit of both flanks [m], negative outside."""
         return np.asarray(self.limits(u, v).min(axis=0))
 
-    def exact_roll(self, u: FloatArray, v: FloatArray) -> FloatArray:
-        """Surface of roll angle from the equation of meshing at the interpolated point and normal."""
-        f2, _ = self.assembly.roll(self.patch(u, v, POSITION), self.patch(u, v, NORMAL))
-        return np.asarray(self.direction * (f2 / self.assembly.ratio - self.roll_zero))
-
 
 def mesh_surface(
     gear: Flank,

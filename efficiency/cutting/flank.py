@@ -61,14 +61,10 @@ class FlankPoints:
 
 
 class Flank(ABC):
-    """One flank of one member in its work frame: a surface of three parameters with one condition.
-
-    side: ``"concave"`` or ``"convex"``.
-    blank: blank of the member.
-    """
+    """One flank of one member in its work frame: a surface of three parameters with one condition."""
 
     side: FlankSide
-    blank: Blank
+    blank: Blank  # of the member
 
     @abstractmethod
     def sweep(self, x: Array) -> tuple[Array, Array, Array]:
@@ -307,11 +303,10 @@ class CutFlank(Flank):
         regular = self._regular(found)
         if not regular.any():
             reason, what = ("undercut", "lies behind its edge of regression at") if found.size else ("flank", "misses")
-            raise ConvergenceError(
-                reason,
-                f"the {self.side} flank {what} the mean point of its blank{self._depth_of_tip()}; check cutter and "
-                "machine settings",
-            )
+            what += " the mean point of its blank"
+            if (deep := self.tip_below_root) >= 0.5 * self.blank.mean_dedendum:
+                what += f" (the blade tip reaches {deep * 1e3:.3g} mm below the root cone: withdraw the cutter)"
+            raise ConvergenceError(reason, f"the {self.side} flank {what}; check cutter and machine settings")
         found = found[:, regular]
         pose = self.machine.at(found[2])
         turned = self.points(found).azimuth - self._indexed(found[1]) + pose.work[0]
@@ -359,13 +354,6 @@ class CutFlank(Flank):
         near = ((ring < np.roll(ring, 1, axis=1)) & (ring <= np.roll(ring, -1, axis=1))).ravel()
         best = np.flatnonzero(near)[np.argsort(off[near])[:_STARTS]]
         return np.stack([s[best], th[best], phi[best]])
-
-    def _depth_of_tip(self) -> str:
-        """Distance of the blade tip below the root cone in words; empty if it is small."""
-        depth = self.tip_below_root
-        if depth < 0.5 * self.blank.mean_dedendum:
-            return ""
-        return f" (the blade tip reaches {depth * 1e3:.3g} mm below the root cone: withdraw the cutter)"
 
     @property
     def tip_below_root(self) -> float:

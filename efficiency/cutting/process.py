@@ -78,26 +78,19 @@ class RadiusLimit(NamedTuple):
 
 
 class CuttingProcess(ABC):
-    """Indexing of the head and dependent properties.
+    """Indexing of the head and dependent properties."""
 
-    name: name in files.
-    cutter: table `cutter` of a flank in a design file.
-    blade_phase: whether the position of a blade around the head is a setting that rotates its flank about its axis.
-    pitch_share: fraction of half a pitch by which the slot of a gear narrows towards the toe, 0 to 1 (AGMA 929).
-    widest_slot: largest ratio of widest to narrowest slot of one member; infinite if the head changes the slot along
-        the face.
-    root_weight: residual per root error of a pinion whose flanks share one setting.
-    curved_blades: whether pinion blades may be curved if each flank has its own setting.
-    usual: default answers of a new targets file: taper, gear_cutting, pinion_cutting, blade_groups.
-    """
-
-    name: ClassVar[str]
-    cutter: ClassVar[type[BladeInput]]
+    name: ClassVar[str]  # in files
+    cutter: ClassVar[type[BladeInput]]  # table `cutter` of a flank in a design file
+    # whether the position of a blade around the head is a setting that rotates its flank about its axis
     blade_phase: ClassVar[bool] = False
+    # fraction of half a pitch by which the slot of a gear narrows towards the toe, 0 to 1 (AGMA 929)
     pitch_share: ClassVar[float] = 0.0
+    # largest ratio of widest to narrowest slot of one member; infinite if the head changes the slot along the face
     widest_slot: ClassVar[float] = np.inf
-    root_weight: ClassVar[float] = 0.03
-    curved_blades: ClassVar[bool] = False
+    root_weight: ClassVar[float] = 0.03  # residual per root error of a pinion whose flanks share one setting
+    curved_blades: ClassVar[bool] = False  # whether pinion blades may be curved if each flank has its own setting
+    # default answers of a new targets file: taper, gear_cutting, pinion_cutting, blade_groups
     usual: ClassVar[dict[str, str]]
 
     @property

@@ -100,15 +100,11 @@ def _entries(model: type[BaseModel], within: str = "") -> Iterator[tuple[str, st
             yield within + name, "#" if place.annotation is int else "text"
 
 
-def _labels() -> dict[str, tuple[str, str, str]]:
-    keys = {key: (table, key, unit) for table, key, unit in _keys()}
-    plain = {re.sub(r"[_.]", " ", key): entry for key, entry in keys.items() if key != "type"}
-    other, synonyms = ({label: keys[key] for label, key in given.items()} for given in (_OTHER_LABELS, _SYNONYMS))
-    return _TURNED | other | plain | synonyms
-
-
 # label: (table, key, unit); keys in capitals are converted after reading
-LABELS = _labels()
+_BY_KEY = {key: (table, key, unit) for table, key, unit in _keys()}
+LABELS = _TURNED | {label: _BY_KEY[key] for label, key in _OTHER_LABELS.items()}
+LABELS |= {re.sub(r"[_.]", " ", key): entry for key, entry in _BY_KEY.items() if key != "type"}
+LABELS |= {label: _BY_KEY[key] for label, key in _SYNONYMS.items()}
 _FLANKS = dict.fromkeys(("concave", "outside blade", "ob"), "concave")
 _FLANKS |= dict.fromkeys(("convex", "inside blade", "ib"), "convex") | {"both": ""}
 _TEXTS = {

@@ -16,17 +16,6 @@ def involute(angle: float) -> float:
     return math.tan(angle) - angle
 
 
-def involute_angle(value: float) -> float:
-    """Angle [rad] of an involute value above 0: Newton's method from above, where the involute is convex."""
-    angle = 1.2
-    for _ in range(60):
-        step = (involute(angle) - value) / math.tan(angle) ** 2
-        angle -= step
-        if abs(step) < 1e-15:
-            break
-    return angle
-
-
 @dataclass(frozen=True)
 class InvolutePair:
     """An external pair; lengths in m, angles in rad, (pinion, gear) where there are two."""
@@ -76,7 +65,13 @@ class InvolutePair:
                 raise InputError("centre_distance", f"{1e3 * self.centre_distance:.6g} mm", least)
             return math.acos(cosine)
         shift = 2.0 * sum(self.profile_shift) / sum(self.teeth) * math.tan(self.pressure_angle)
-        return involute_angle(involute(self.transverse_angle) + shift)
+        value, angle = involute(self.transverse_angle) + shift, 1.2
+        for _ in range(60):  # Newton's method from above, where the involute is convex
+            step = (involute(angle) - value) / math.tan(angle) ** 2
+            angle -= step
+            if abs(step) < 1e-15:
+                break
+        return angle
 
     @cached_property
     def centre(self) -> float:

@@ -19,7 +19,7 @@ from efficiency.blanks.rating import RatedMember, RatedPair, RatingInput, Rating
 from efficiency.blanks.tangency import PitchCones
 from efficiency.blanks.virtual_gears import virtual_gears
 from efficiency.conditions.duty import DutyRow
-from efficiency.contact.gear_flanks import MEMBERS, SIDES, Member
+from efficiency.contact.gear_flanks import MEMBERS, SIDES
 from efficiency.contact.tooth_grid import normal_thickness
 from efficiency.cutting.flank import CutFlank
 from efficiency.design.design import Design, PairDesign
@@ -85,9 +85,13 @@ def rate_design(
         notes.append("the design has no roughness: Rz of the flanks 8 um")
     pair = rated_pair(design)
     for member in MEMBERS:
-        radius, text = _edge_radius(design, member, pair.module_normal)
+        flanks = design.flanks().of(member).values()
+        radius = min((flank.blade.edge_radius for flank in flanks if isinstance(flank, CutFlank)), default=0.0)
+        if radius <= 0.0:
+            radius = EDGE_RADIUS * pair.module_normal
+            assumed = f"{1e3 * radius:.3g} mm, {EDGE_RADIUS:g} normal modules"
+            notes.append(f"edge radius of the {member} assumed: {assumed}")
         limits[f"edge_radius_{member}"] = radius
-        notes += text
     loads = {side: tuple(_steps(rows, side)) if rows else design.rating.loads for side in SIDES}
     inputs = RatingInput(
         **(design.rating.model_dump() | limits),
@@ -104,16 +108,6 @@ def rate_design(
 def _steps(rows: Sequence[DutyRow], side: str) -> list[RatingLoad]:
     used = [row for row in rows if row.side == side and row.torque != 0.0 and row.speed != 0.0 and row.hours > 0.0]
     return [RatingLoad(torque=abs(row.torque), speed=abs(row.speed), hours=row.hours) for row in used]
-
-
-def _edge_radius(design: Design, member: Member, module: float) -> tuple[float, list[str]]:
-    """Edge radius of the blades of a member [m]: of the design, else the default of the root stress, with a note."""
-    flanks = design.flanks().of(member).values()
-    given = [flank.blade.edge_radius for flank in flanks if isinstance(flank, CutFlank)]
-    if given and min(given) > 0.0:
-        return min(given), []
-    radius = EDGE_RADIUS * module
-    return radius, [f"edge radius of the {member} assumed: {1e3 * radius:.3g} mm, {EDGE_RADIUS:g} normal modules"]
 
 
 def rated_pair(design: Design) -> RatedPair:

@@ -21,7 +21,7 @@ from efficiency.contact.flank_pair import MARKING, FlankPair, flank_pair
 from efficiency.contact.gear_flanks import Side
 from efficiency.contact.relief import FlankDeviation, flank_tolerances
 from efficiency.design.design import MISALIGNMENTS, Design
-from ehl.common.arrays import FloatArray, finite_or_none
+from ehl.common.arrays import finite_or_none
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.pages import Reportable, StatusOfReason
 from ehl.common.progress import ProgressCallback, progress_to, report_progress
@@ -223,6 +223,9 @@ def misalignment_study(
         states = list(product(values["E"], values["P"], values["G"], values["shaft_angle_error"]))
         made = [own] * len(states)
     else:
+        from scipy.special import ndtri
+        from scipy.stats import qmc
+
         if accuracy_grade is not None:
             blanks = design.pinion.blank, design.gear.blank
             spiral = design.flanks().mating(side)[1].mean_angles()[0]
@@ -230,7 +233,9 @@ def misalignment_study(
             tolerances = flank_tolerances(accuracy_grade, module / blanks[1].teeth, *blanks)
         spread = [*(values[name][0] for name in MISALIGNMENTS), *tolerances.model_dump().values()]
         spread = spread[: None if tolerances else len(MISALIGNMENTS)]
-        rows = (_normal(samples, len(spread)) * np.array(spread)).tolist()
+        # the same normal numbers every time, from a scrambled Sobol sequence, whose means converge faster
+        whole = qmc.Sobol(len(spread), seed=20260101).random_base2(max(samples - 1, 1).bit_length())
+        rows = (ndtri(whole[:samples]) * np.array(spread)).tolist()
         states = [(e, p, g, angle) for e, p, g, angle, *_ in rows]
         made = [_deviated(own, row[len(MISALIGNMENTS) :]) for row in rows]
     for number, (state, deviation) in enumerate(zip(states, made, strict=True)):
@@ -268,15 +273,6 @@ def _deviated(own: FlankDeviation, more: Sequence[float]) -> FlankDeviation:
     limit = 5e-4
     values = {name: min(max(x + added.get(name, 0.0), -limit), limit) for name, x in own.model_dump().items()}
     return FlankDeviation(**values)
-
-
-def _normal(count: int, size: int) -> FloatArray:
-    """The same normal numbers every time, from a scrambled Sobol sequence, whose means converge faster."""
-    from scipy.special import ndtri
-    from scipy.stats import qmc
-
-    whole = qmc.Sobol(size, seed=20260101).random_base2(max(count - 1, 1).bit_length())
-    return np.asarray(ndtri(whole[:count]))
 
 
 def _point(pair: FlankPair, state: tuple[float, float, float, float], marking: float) -> MisalignmentPoint:

@@ -2,15 +2,17 @@
 
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from itertools import product
 from typing import Any
 
 import numpy as np
 
 from efficiency.contact.contact_lines import MeshPosition, mesh_cycle
 from efficiency.contact.flank_pair import MARKING, ContactPattern, FlankPair, flank_pair
-from efficiency.contact.gear_flanks import MEMBERS, SIDES, Member, Side
-from efficiency.cutting.cutter import FLANK_SIDES, FlankSide
+from efficiency.contact.gear_flanks import MEMBERS, SIDES, Side
+from efficiency.cutting.cutter import FLANK_SIDES
 from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.limits import flank_limits
 from efficiency.design.design import Design
@@ -148,7 +150,18 @@ def pair_geometry(design: Design, sides: Sequence[Side] = SIDES, marking: float 
 
 def flank_summaries(design: Design) -> dict[str, FlankSummary]:
     """The four flanks at their mean points."""
-    return {f"{name}_{side}": _flank_summary(design, name, side) for name in MEMBERS for side in FLANK_SIDES}
+    found = {}
+    for name, side in product(MEMBERS, FLANK_SIDES):
+        flank, undercut, root = design.flank(name, side), 0.0, None
+        if isinstance(flank, CutFlank):
+            with suppress(ConvergenceError):
+                limits = flank_limits(flank, _STATIONS)
+                undercut = float(limits.undercut.mean())
+                reached = limits.root_error[np.isfinite(limits.root_error)]
+                if reached.size == limits.u.size or (reached.size and reached.min() < 0.0):
+                    root = float(reached.min()), float(reached.max())
+        found[f"{name}_{side}"] = FlankSummary(*flank.mean_angles(), flank.lowest_fraction(), undercut, root)
+    return found
 
 
 def geometry_notes(design: Design, side: Side) -> tuple[str, ...]:
@@ -193,23 +206,6 @@ def side_geometry(design: Design, side: Side, marking: float = MARKING) -> SideG
 def _side_notes(pair: FlankPair, pattern: ContactPattern) -> tuple[str, ...]:
     runs_into = ("the contact pattern runs into: " + ", ".join(pattern.edges),) if pattern.edges else ()
     return pair.notes + runs_into
-
-
-def _flank_summary(design: Design, member: Member, side: FlankSide) -> FlankSummary:
-    flank = design.flank(member, side)
-    spiral, pressure = flank.mean_angles()
-    undercut, root = 0.0, None
-    if isinstance(flank, CutFlank):
-        try:
-            limits = flank_limits(flank, _STATIONS)
-        except ConvergenceError:
-            pass
-        else:
-            undercut = float(limits.undercut.mean())
-            reached = limits.root_error[np.isfinite(limits.root_error)]
-            if reached.size == limits.u.size or (reached.size and reached.min() < 0.0):
-                root = float(reached.min()), float(reached.max())
-    return FlankSummary(spiral, pressure, flank.lowest_fraction(), undercut, root)
 
 
 def _flank_notes(design: Design, name: str, flank: FlankSummary) -> list[str]:

@@ -192,9 +192,6 @@ def _reference(results: Sequence[EfficiencyResult]) -> EfficiencyResult | None:
         and not result.friction_model.startswith("constant:")
         and math.isfinite(result.friction_coefficient_mean)
     ]
-    for name in REFERENCES:
-        for result in able:
-            if result.friction_model == name:
-                return result
+    named = [result for name in REFERENCES for result in able if result.friction_model == name]
     fitted = [result for result in able if result.friction_model not in PUBLISHED]
-    return next(iter(fitted or able), None)
+    return next(iter(named or fitted or able), None)

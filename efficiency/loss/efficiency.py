@@ -148,6 +148,7 @@ def _mesh_efficiency(
     power_pinion = torque * speed
     power_input = power_pinion if operation.driver == "pinion" else power_pinion + power_loss
     edges, (bulk_pinion, bulk_gear) = loaded.edges, operation.bulk
+    cold = operation.temperature_bulk_pinion is None and operation.temperature_bulk_gear is None
     found = EfficiencyResult(
         design=mesh.design,
         side=mesh.side,
@@ -211,7 +212,11 @@ def _mesh_efficiency(
         status="failed" if reason else "converged",
         reason=reason,
         deflection={} if mesh.deflection is None else asdict(mesh.deflection),
-        skipped=_skipped(loaded.balance is None, operation, mesh.deflection is not None),
+        skipped=(
+            *SKIPPED[mesh.deflection is not None :],
+            *(FRICTIONLESS,) * (loaded.balance is None),
+            *(AS_WARM_AS_THE_OIL,) * cold,
+        ),
         notes=_notes(loaded, friction, estimate, fine, operation, oil),
         seconds=time.perf_counter() - clock,
         load=loaded.fine,
@@ -288,12 +293,6 @@ def _reason(loaded: LoadedGrids, *frictions: FrictionEstimate) -> Reason:
 
 def _missing(friction: FrictionEstimate) -> BoolArray:
     return (friction.flag >= FrictionFlag.NOT_CONVERGED) | ~np.isfinite(friction.mu)
-
-
-def _skipped(frictionless: bool, operation: Operation, on_springs: bool) -> tuple[str, ...]:
-    cold = operation.temperature_bulk_pinion is None and operation.temperature_bulk_gear is None
-    skipped = SKIPPED[on_springs:]
-    return (*skipped, *(FRICTIONLESS,) * frictionless, *(AS_WARM_AS_THE_OIL,) * cold)
 
 
 def _notes(

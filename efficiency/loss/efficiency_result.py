@@ -64,79 +64,54 @@ class ResultSource(Protocol):
 
 @dataclass(frozen=True)
 class OperatingConditions:
-    """Operating conditions of a result; SI units.
+    """Operating conditions of a result; SI units."""
 
-    torque, speed: torque [N m] and speed [rad/s] at the pinion shaft.
-    temperature, temperature_inlet: temperature of the oil, and of the oil at the inlet of the contacts [K].
-    oil: name of the oil card.
-    load_balance: forces in the torque balance: normal and friction forces, or only normal forces.
-    temperature_bulk_pinion, temperature_bulk_gear: bulk temperature of the teeth [K].
-    roughness_rms_pinion, roughness_rms_gear: Rq of the flanks [m].
-    correlation_length, peklenik_number: texture of the flanks across the contact line, median of the points [m], [-].
-    """
-
-    torque: float
-    speed: float
-    temperature: float
-    oil: str
+    torque: float  # at the pinion shaft [N m]
+    speed: float  # of the pinion shaft [rad/s]
+    temperature: float  # of the oil [K]
+    oil: str  # name of the oil card
     driver: Driver
-    load_balance: LoadBalance
-    temperature_inlet: float
-    temperature_bulk_pinion: float
+    load_balance: LoadBalance  # forces in the torque balance: normal and friction forces, or only normal forces
+    temperature_inlet: float  # of the oil at the inlet of the contacts [K]
+    temperature_bulk_pinion: float  # of the teeth [K]
     temperature_bulk_gear: float
-    roughness_rms_pinion: float
+    roughness_rms_pinion: float  # Rq of the flanks [m]
     roughness_rms_gear: float
-    correlation_length: float
-    peklenik_number: float
+    correlation_length: float  # of the flanks across the contact line, median of the points [m]
+    peklenik_number: float  # the same [-]
 
 
 @dataclass(frozen=True)
 class EfficiencyErrors:
-    """Contributions to the numerical error of the efficiency [-].
+    """Contributions to the numerical error of the efficiency [-]."""
 
-    positions, points: twice the change if the positions, or the points per contact line, are halved.
-    contacts: error from the mean friction of solved contacts; 0 for a formula.
-    balance: error of the approximate balance of normal and friction forces
-        (`efficiency.loss.friction_equilibrium.balance_error`).
-    """
-
-    positions: float
-    points: float
-    contacts: float
-    balance: float
+    positions: float  # twice the change if the positions are halved
+    points: float  # twice the change if the points per contact line are halved
+    contacts: float  # error from the mean friction of solved contacts; 0 for a formula
+    balance: float  # of the approximate balance of normal and friction forces (`friction_equilibrium.balance_error`)
 
 
 @dataclass(frozen=True)
 class EdgeContact:
-    """Contact at the tip, toe and heel edges.
+    """Contact at the tip, toe and heel edges."""
 
-    pressure, pressure_lower, pressure_upper: maximum elastic pressure at an edge, and with twice and half the edge
-        radius [Pa].
-    load_share, loss_share: share of the torque and of the loss where the contact reaches an edge [-].
-    """
-
-    pressure: float
-    pressure_lower: float
-    pressure_upper: float
-    load_share: float
-    loss_share: float
+    pressure: float  # maximum elastic pressure at an edge [Pa]
+    pressure_lower: float  # with twice the edge radius
+    pressure_upper: float  # with half the edge radius
+    load_share: float  # of the torque where the contact reaches an edge [-]
+    loss_share: float  # of the loss there [-]
 
 
 @dataclass(frozen=True)
 class MeshCycle:
-    """Values over the mesh cycle; the transmission error is an angle of the gear [rad].
+    """Values over the mesh cycle; the transmission error is an angle of the gear [rad]."""
 
-    transmission_error_loaded, transmission_error_unloaded: peak-to-peak values.
-    pinion_angle: angle of each mesh position [rad].
-    power_loss, power_loss_rolling, transmission_error: loss [W] and loaded transmission error at each position.
-    """
-
-    transmission_error_loaded: float
+    transmission_error_loaded: float  # peak-to-peak
     transmission_error_unloaded: float
-    pinion_angle: FloatArray = field(repr=False)
-    power_loss: FloatArray = field(repr=False)
+    pinion_angle: FloatArray = field(repr=False)  # of each mesh position [rad]
+    power_loss: FloatArray = field(repr=False)  # at each position [W]
     power_loss_rolling: FloatArray = field(repr=False)
-    transmission_error: FloatArray = field(repr=False)
+    transmission_error: FloatArray = field(repr=False)  # loaded, at each position
 
     @property
     def pitch(self) -> float:
@@ -146,35 +121,26 @@ class MeshCycle:
 
 @dataclass(frozen=True)
 class FrictionRange:
-    """Local conditions at the loaded points, and where they lie outside the stated range of the friction model.
+    """Local conditions at the loaded points, and where they lie outside the stated range of the friction model."""
 
-    ranges: smallest and largest value of each local variable of the friction formula.
-    flags, flag_shares: number of points by the flag of the friction model, and their share of the loss [-].
-    measured_share: share of the sliding power at points whose pressure, entrainment speed, slide-to-roll ratio and
-        film ratio lie within those of the measured gears (`measured_states`) [-].
-    """
-
-    ranges: dict[str, tuple[float, float]] = field(repr=False)
-    flags: dict[str, int] = field(repr=False)
-    flag_shares: dict[str, float] = field(repr=False)
+    ranges: dict[str, tuple[float, float]] = field(repr=False)  # least and largest of each variable of the formula
+    flags: dict[str, int] = field(repr=False)  # number of points by the flag of the friction model
+    flag_shares: dict[str, float] = field(repr=False)  # their share of the loss [-]
+    # share of the sliding power at points whose pressure, entrainment speed, slide-to-roll ratio and film ratio lie
+    # within those of the measured gears (`measured_states`) [-]
     measured_share: float
 
 
 @dataclass(frozen=True)
 class SolutionSize:
-    """Size and residuals of the numerical solution.
-
-    contacts: number of solved contacts including failed ones; 0 for a formula.
-    contacts_failed: number of failed contacts by reason.
-    torque_residual, compatibility_residual: largest relative residuals of the load distribution [-].
-    """
+    """Size and residuals of the numerical solution."""
 
     positions: int
     points_per_line: int
     points_loaded: int
-    contacts: int
-    contacts_failed: dict[str, int]
-    torque_residual: float
+    contacts: int  # number of solved contacts including failed ones; 0 for a formula
+    contacts_failed: dict[str, int]  # number of failed contacts by reason
+    torque_residual: float  # largest relative residuals of the load distribution [-]
     compatibility_residual: float
 
 

@@ -62,17 +62,12 @@ _KEPT = ("friction_coefficient", "film_central", "film_ratio", "temperature_flas
 
 @dataclass(frozen=True)
 class Solved:
-    """Solved contacts of a mesh.
+    """Solved contacts of a mesh."""
 
-    values (5, n): `_KEPT`, with the inverse of the film ratio, which is finite; nan for a failed contact.
-    scatter, bias (n,): random error of mu (interval of its time mean) and error of the method [-].
-    reasons: reason of failure; empty for a solved contact.
-    """
-
-    values: FloatArray
-    scatter: FloatArray
-    bias: FloatArray
-    reasons: tuple[str, ...]
+    values: FloatArray  # (5, n) `_KEPT`, with the inverse of the film ratio, which is finite; nan for a failed contact
+    scatter: FloatArray  # (n,) random error of mu (interval of its time mean) [-]
+    bias: FloatArray  # (n,) error of the method [-]
+    reasons: tuple[str, ...]  # reason of failure; empty for a solved contact
 
     def __add__(self, more: Solved) -> Solved:
         """These and further contacts."""
@@ -86,33 +81,23 @@ class Solved:
 
 @dataclass(frozen=True)
 class EhlFriction(FrictionModel):
-    """The contact solver as a friction model.
+    """The contact solver as a friction model."""
 
-    name: name as given by the user.
-    smooth: neglect the roughness.
-    points: maximum number of solved contacts; None solves every point.
-    tolerance: relative random error of the mean friction (two standard deviations). Contacts are added until it is
-        reached or there are `points` contacts. With 0 all `points` are solved at once.
-    jobs: worker processes; None uses one per core.
-    bodies: pinion and gear.
-    model: physics and accuracy of each contact.
-    boundary_friction: mu_b of asperity contacts [-]; default: that of extreme-pressure additives.
-    skewness: skewness of the heights of both flanks [-].
-    boundary_film: gap below which asperities are in contact [m]; default: that of extreme-pressure additives.
-    seed: seed of the roughness of the first contact, increased by one for each further contact. Each contact has its
-        own section of the flanks, so that random effects of single profiles average out over a mesh.
-    """
-
-    name: str
-    smooth: bool = False
-    points: int | None = None
+    name: str  # as given by the user
+    smooth: bool = False  # neglect the roughness
+    points: int | None = None  # maximum number of solved contacts; None solves every point
+    # relative random error of the mean friction (two standard deviations): contacts are added until it is reached or
+    # there are `points` contacts; with 0 all `points` are solved at once
     tolerance: float = 0.0
-    jobs: int | None = None
+    jobs: int | None = None  # worker processes; None uses one per core
     bodies: tuple[Material, Material] = field(default_factory=lambda: (Material.load("steel"),) * 2)
-    model: ModelInput = field(default_factory=lambda: ModelInput(accuracy="fast"))
+    model: ModelInput = field(default_factory=lambda: ModelInput(accuracy="fast"))  # of each contact
+    # mu_b of asperity contacts [-] and gap below which they are in contact [m]; default: of extreme-pressure additives
     boundary_friction: float | None = None
-    skewness: float = FLANK_SKEWNESS
+    skewness: float = FLANK_SKEWNESS  # of the heights of both flanks [-]
     boundary_film: float | None = None
+    # of the roughness of the first contact, increased by one for each further contact: each has its own section of the
+    # flanks, so that random effects of single profiles average out over a mesh
     seed: int = 1
 
     @property
@@ -165,7 +150,11 @@ class EhlFriction(FrictionModel):
     def _solve(self, state: ContactState, oil: Oil, chosen: IntArray, done: int, total: int) -> Solved:
         """Solve the chosen points; `done` were solved before, `total` is the expected final number."""
         scenes = [self._contact(state, oil, int(at), self.seed + done + k) for k, at in enumerate(chosen)]
-        each = float(self._seconds(state, oil, chosen).mean())
+        table = {name: values[chosen] for name, values in conditions_of(state, oil).items()}
+        table["correlation_length"] = state.correlation_length[chosen]
+        if self.smooth:
+            table["film_ratio_formula"] = np.full(chosen.size, np.inf)
+        each = float(contact_seconds(self.model, table)[0].mean())
         worth = int(each * (done + chosen.size) / MIN_SECONDS)
         jobs = max(1, min(checked_jobs(self.jobs), worth, chosen.size))
         seconds = each * (total - done) / jobs
@@ -180,14 +169,6 @@ class EhlFriction(FrictionModel):
         values, errors, reasons = zip(*found, strict=True)
         scatter, bias = np.array(errors).T
         return Solved(np.array(values).T, scatter, bias, reasons)
-
-    def _seconds(self, state: ContactState, oil: Oil, chosen: IntArray) -> FloatArray:
-        """Estimated processor time of the chosen points [s]."""
-        table = {name: values[chosen] for name, values in conditions_of(state, oil).items()}
-        table["correlation_length"] = state.correlation_length[chosen]
-        if self.smooth:
-            table["film_ratio_formula"] = np.full(chosen.size, np.inf)
-        return contact_seconds(self.model, table)[0]
 
     def _contact(self, state: ContactState, oil: Oil, at: int, seed: int) -> Scene:
         rms = (0.0, 0.0) if self.smooth else (float(state.roughness_rms_1[at]), float(state.roughness_rms_2[at]))

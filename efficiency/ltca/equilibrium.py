@@ -31,31 +31,21 @@ _EXCHANGES = 40  # of a primal-dual active set
 
 @dataclass(frozen=True)
 class Equilibrium:
-    """Solution of the contact problem.
+    """Solution of the contact problem."""
 
-    force (n,): normal force at each point [N].
-    angle: approach angle about the axis of the levers [rad].
-    stiffness: derivative of the torque by the angle at constant set of loaded points [N m/rad].
-    rate (n,): derivative of the forces by the torque at constant set of loaded points [1/m].
-    residual: maximum violation of compatibility (penetration, or gap under load) over the maximum approach [-].
-    torque_residual: |sum(lever force) - torque|/torque [-].
-    iterations, exchanges: Newton steps, and linear systems solved for the active sets.
-    fallbacks: Newton steps in which the primal-dual active set cycled.
-    status: {"converged", "failed"}
-    reason: reason of failure; empty otherwise.
-    """
-
-    force: FloatArray
-    angle: float
+    force: FloatArray  # (n,) normal force at each point [N]
+    angle: float  # approach angle about the axis of the levers [rad]
+    # derivatives at constant set of loaded points: of the torque by the angle [N m/rad], of the forces by the torque
+    # (n,) [1/m]
     stiffness: float
     rate: FloatArray
-    residual: float
-    torque_residual: float
-    iterations: int
-    exchanges: int
-    fallbacks: int
+    residual: float  # maximum violation of compatibility (penetration, or gap under load) over the maximum approach [-]
+    torque_residual: float  # |sum(lever force) - torque|/torque [-]
+    iterations: int  # Newton steps
+    exchanges: int  # linear systems solved for the active sets
+    fallbacks: int  # Newton steps in which the primal-dual active set cycled
     status: Literal["converged", "failed"]
-    reason: Reason
+    reason: Reason  # of failure; empty otherwise
 
 
 @dataclass(frozen=True)
@@ -124,7 +114,9 @@ def _newton(problem: EquilibriumProblem) -> Generator[FloatArray, tuple[FloatArr
         exchanges += count
         point = np.maximum(force, floor)
         deflection, slope = yield point
-        residual = _violation(compliance, deflection, gap, lever, force, angle)
+        overlap = lever * angle - gap - compliance @ force
+        wrong = np.where(force > 0.0, np.abs(overlap - deflection), overlap)
+        residual = max(float(wrong.max()), 0.0) / (angle * float(lever.max()))
         if residual < TOLERANCE:
             reason = ""
             break
@@ -151,15 +143,6 @@ def _touching(deflection: FloatArray, force: float, gap: FloatArray, lever: Floa
     rate = np.cumsum((stiffness * lever)[order])
     carried = touch[order] * rate - np.cumsum((stiffness * gap)[order])
     return np.asarray(touch <= touch[order[np.searchsorted(carried, torque) - 1]])
-
-
-def _violation(
-    compliance: FloatArray, deflection: FloatArray, gap: FloatArray, lever: FloatArray, force: FloatArray, angle: float
-) -> float:
-    loaded = force > 0.0
-    overlap = lever * angle - gap - compliance @ force
-    wrong = np.where(loaded, np.abs(overlap - deflection), overlap)
-    return max(float(wrong.max()), 0.0) / (angle * float(lever.max()))
 
 
 _Solution = tuple[FloatArray, float, float, BoolArray, int, FloatArray]

@@ -147,7 +147,10 @@ def read_load(path: Path, contact: FlankPair, teeth: TeethElasticity, torque: fl
             at, own = (u[here], v[here], tooth[here]), {name: column[here] for name, column in columns.items()}
             length = own["length"] if "length" in own else _spacing(surface, *at)
             force = own["force"] if "force" in own else own["load_per_length"] * length
-            position = _position(surface, float(angle), *at, length, _edge(surface, *at[:2], own))
+            fields = conjugate_fields(surface, *at[:2], length)
+            closing = fields.pop("minimum_gap") / fields["lever_gear"]
+            gap, edge = (closing - closing.min()) * fields["lever_gear"], _edge(surface, *at[:2], own)
+            position = MeshPosition(float(angle), at[2], gap=gap, transmission_error=math.nan, edge=edge, **fields)
             if "radius_equivalent" in own:
                 position = replace(position, radius_equivalent=own["radius_equivalent"])
             carried = float(force @ position.lever_pinion)
@@ -171,8 +174,9 @@ def read_load(path: Path, contact: FlankPair, teeth: TeethElasticity, torque: fl
     load = distribution(0.0)
     cycle = tuple(p.position for p in load.positions)
     most = max(line.size for position in cycle for line in position.lines)
+    carried = np.mean([p.force @ p.position.lever_pinion for p in load.positions]) / load.torque
     note = (
-        f"load distribution from {path.name}: its forces carry {_carried(load):.4f} of the stated torque; transmission "
+        f"load distribution from {path.name}: its forces carry {carried:.4f} of the stated torque; transmission "
         "error, compatibility and discretisation error along the lines are unknown"
     )
     if friction:
@@ -182,10 +186,6 @@ def read_load(path: Path, contact: FlankPair, teeth: TeethElasticity, torque: fl
     mesh = replace(mesh, transmission_error=contact.transmission.peak_to_peak)
     balance = FrictionBalance(-1.0 if friction.endswith("gear driving") else 1.0, 0) if friction else None
     return LoadedGrids(mesh, load, load, balance, distribution(1.0) if np.any(grid == 1.0) else None)
-
-
-def _carried(load: LoadDistribution) -> float:
-    return float(np.mean([p.force @ p.position.lever_pinion for p in load.positions])) / load.torque
 
 
 def _table(path: Path) -> tuple[float, str, dict[str, FloatArray], tuple[int, ...]]:
@@ -249,21 +249,6 @@ def _edge(surface: MeshSurface, u: FloatArray, v: FloatArray, columns: dict[str,
         return EdgeProximity(*nearest_edge(surface, u, v), np.zeros(u.size, bool))
     index, distance, section, touching = (columns[name] for name in _OF_EDGE)
     return EdgeProximity(np.rint(index).astype(np.int64), distance, section, touching > 0.5)
-
-
-def _position(
-    surface: MeshSurface,
-    angle: float,
-    u: FloatArray,
-    v: FloatArray,
-    tooth: IntArray,
-    length: FloatArray,
-    edge: EdgeProximity,
-) -> MeshPosition:
-    fields = conjugate_fields(surface, u, v, length)
-    closing = fields.pop("minimum_gap") / fields["lever_gear"]
-    gap = (closing - closing.min()) * fields["lever_gear"]
-    return MeshPosition(angle, tooth, gap=gap, transmission_error=math.nan, edge=edge, **fields)
 
 
 def _spacing(surface: MeshSurface, u: FloatArray, v: FloatArray, tooth: IntArray) -> FloatArray:

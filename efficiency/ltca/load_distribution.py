@@ -353,13 +353,10 @@ def require_torque(torque: float) -> None:
 
 def edge_pressures(law: LocalApproach, force: FloatArray) -> FloatArray:
     """Maximum pressure of the contacts that reach an edge, at their points [Pa]."""
-    some = np.flatnonzero(force > 0.0)
-    load, radius, modulus = force[some] / law.length[some], law.radius_equivalent[some], law.effective_modulus
-    half_width = hertz_half_width(load, radius, modulus)
-    near = law.edge_distance[some] < half_width
-    distance, ratio = law.edge_distance[some] / half_width, radius / law.rounding[some]
-    section = EdgeSection.of(distance[near], ratio[near])
-    return np.asarray(hertz_pressure(load, radius, modulus)[near] * section.pressure_max)
+    load = force / law.length
+    at, section = law.sections(load)
+    flank = hertz_pressure(load[at], law.radius_equivalent[at], law.effective_modulus)
+    return np.asarray(flank * section.pressure_max)
 
 
 def loads_of_forces(

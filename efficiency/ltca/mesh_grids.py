@@ -131,7 +131,11 @@ class MeshGrids:
         closed = max(
             float(np.max(p.approach * p.position.lever_pinion / p.position.lever_gear)) for p in load.positions
         )
-        if _MARGIN * closed <= self.reach and loaded_share(load) >= _MIN_LOADED_SHARE:
+        shares = []  # of the loaded points on the most loaded line
+        for p in load.positions:
+            line = p.position.lines[int(np.argmax([p.force[at].sum() for at in p.position.lines]))]
+            shares.append(np.count_nonzero(p.force[line]) / line.size)
+        if _MARGIN * closed <= self.reach and np.mean(shares) >= _MIN_LOADED_SHARE:
             return self
         # in powers of two, so that similar torques share their lines
         step = math.ceil(math.log2(_MARGIN * closed))
@@ -171,15 +175,6 @@ def friction_arm(position: MeshPosition, axis: Axis) -> FloatArray:
         return np.asarray(np.cross(arm, direction) @ axis.direction)
 
     return turning(position.sliding_direction) * np.sign(turning(position.normal))
-
-
-def loaded_share(load: LoadDistribution) -> float:
-    """Fraction of loaded points on the most loaded line, mean over the positions [-]."""
-    shares = []
-    for p in load.positions:
-        line = max(p.position.lines, key=lambda at: float(p.force[at].sum()))
-        shares.append(np.count_nonzero(p.force[line]) / line.size)
-    return float(np.mean(shares))
 
 
 @dataclass(frozen=True)

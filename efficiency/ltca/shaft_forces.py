@@ -27,34 +27,22 @@ class ShaftForces:
 
     The directions are those of the mean point of the force in the cycle: axial along the axis, radial normal to it
     through that point, tangential normal to both.
-
-    axial: positive away from the crossing point of the axes, out of the mesh [N]; parallel axes: along the axis.
-    radial: positive away from the other member [N].
-    tangential: positive in the direction of the torque [N].
-    torque: about the axis [N m].
-    radius: distance of the mean point from the axis [m].
-    place: position of the mean point on the axis, from the crossing point [m].
     """
 
-    axial: FloatArray
-    radial: FloatArray
-    tangential: FloatArray
-    torque: FloatArray
-    radius: float
-    place: float
+    axial: FloatArray  # positive away from the crossing point of the axes, out of the mesh [N]; parallel axes: along it
+    radial: FloatArray  # positive away from the other member [N]
+    tangential: FloatArray  # positive in the direction of the torque [N]
+    torque: FloatArray  # about the axis [N m]
+    radius: float  # distance of the mean point from the axis [m]
+    place: float  # position of the mean point on the axis, from the crossing point [m]
 
 
 @dataclass(frozen=True)
 class MeshForces:
-    """Mesh stiffness and shaft forces over one pinion pitch.
+    """Mesh stiffness and shaft forces over one pinion pitch."""
 
-    pinion_angle: angle of each position [rad].
-    stiffness: derivative of the pinion torque by the pinion rotation with fixed gear, [N m/rad]; nan for a load that
-        was read from a file.
-    pinion, gear: forces on the shafts.
-    """
-
-    pinion_angle: FloatArray
+    pinion_angle: FloatArray  # angle of each position [rad]
+    # derivative of the pinion torque by the pinion rotation with fixed gear [N m/rad]; nan for a load read from a file
     stiffness: FloatArray
     pinion: ShaftForces
     gear: ShaftForces

@@ -297,26 +297,20 @@ def solid_tooth(
         solid = ritz_solid(cell, body.moduli, poisson, body.held, orders)
     side = 1.0 if grid.sides[1] == loaded else 0.0
     nodes = lobatto_nodes(orders.tooth[1] + 1), lobatto_nodes(orders.tooth[2] + 1)
-    b, c, flank, into, loading = flank_loading(cell, solid, side, nodes)
+    b, c = (x.ravel() for x in np.meshgrid(*nodes, indexing="ij"))
+    flank, into = _flank_points(cell, side, b, c)
     middle, half = _middle_surface(cell, flank, into, b, c)
-    reading = np.concatenate([loading, _along_normal(solid, middle, into)])
+    reading = np.concatenate([_along_normal(solid, places, into) for places in ((np.full_like(b, side), b, c), middle)])
     count = b.size
     response = ring_response(solid, cell.pitch, cells or cell.teeth, reading, count)
     on_flank, on_middle = response.own[:count], response.own[count:]
-    near = _nearness(flank, half)
+    # weight of the local deformation: 1 near the load, decreasing to 0 at twice the half thickness
+    distance = np.linalg.norm(flank[:, None] - flank[None], axis=-1)
+    near = np.exp(-((distance / (_REACH * 0.5 * (half[:, None] + half[None]))) ** 4))
     own, discarded = _positive(on_flank - near * (on_flank - on_middle))
     # an upper loaded flank faces the next tooth in increasing azimuth
     ahead = tuple(matrix[:count] if side == 1.0 else matrix[:count].T for matrix in response.ahead)
     return SolidTooth(body, grid, cell, side, nodes, own, ahead, half, discarded)
-
-
-def flank_loading(
-    cell: ToothCell, solid: RitzSolid, side: float, nodes: tuple[FloatArray, FloatArray]
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Unit normal forces at the nodes of a flank: b, c, points, normals into the tooth, functionals (n, 3 count)."""
-    b, c = (x.ravel() for x in np.meshgrid(*nodes, indexing="ij"))
-    flank, into = _flank_points(cell, side, b, c)
-    return b, c, flank, into, _along_normal(solid, (np.full_like(b, side), b, c), into)
 
 
 def _flank_points(cell: ToothCell, side: float, b: FloatArray, c: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -344,13 +338,6 @@ def _middle_surface(
         distance = distance + step[:, 2]
     points, _ = cell.tooth.place(np.full_like(b, _MIDDLE), b, c)
     return (np.full_like(b, _MIDDLE), b, c), np.sum((points - flank) * into, axis=1)
-
-
-def _nearness(flank: FloatArray, half: FloatArray) -> FloatArray:
-    """Weight of the local deformation: 1 near the load, decreasing to 0 at twice the half thickness."""
-    distance = np.linalg.norm(flank[:, None] - flank[None], axis=-1)
-    reach = _REACH * 0.5 * (half[:, None] + half[None])
-    return np.asarray(np.exp(-((distance / reach) ** 4)))
 
 
 def _along_normal(

@@ -138,14 +138,7 @@ def _distance(node: LoadDistribution, torques: FloatArray) -> float:
 
 
 class TangentLoad(LoadDistribution):
-    """Load over one mesh cycle by linear estimate: a `LoadDistribution` whose parts are computed on first access.
-
-    loads: loads of the cycle.
-    node: solution from which the estimate starts.
-    force (n,): normal forces at the points of all positions [N].
-    angle, errors (positions,): approach of the pinion [rad] and loaded transmission error [rad of the gear].
-    distance: largest relative step of the torque [-].
-    """
+    """Load over one mesh cycle by linear estimate: a `LoadDistribution` whose parts are computed on first access."""
 
     def __init__(
         self,
@@ -161,12 +154,12 @@ class TangentLoad(LoadDistribution):
         # attributes of a frozen class
         self.__dict__.update(own | base | {"balance_residual": 0.0})
 
-    loads: TangentLoads
-    node: LoadDistribution
-    force: FloatArray
-    angle: FloatArray
-    errors: FloatArray
-    distance: float
+    loads: TangentLoads  # loads of the cycle
+    node: LoadDistribution  # solution from which the estimate starts
+    force: FloatArray  # (n,) normal forces at the points of all positions [N]
+    angle: FloatArray  # (positions,) approach of the pinion [rad]
+    errors: FloatArray  # (positions,) loaded transmission error [rad of the gear]
+    distance: float  # largest relative step of the torque [-]
     balance_residual: float
 
     def scaled(self, factor: FloatArray) -> TangentLoad:

@@ -27,7 +27,6 @@ from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.machine import dot, turn
 from efficiency.machine_settings import generating
 from efficiency.machine_settings.fit import (
-    FitParameter,
     FitResult,
     FittedFlank,
     FreeSettings,
@@ -39,15 +38,6 @@ from efficiency.machine_settings.gear import GearCut, PairDimensions
 from efficiency.machine_settings.inputs import FlankTarget
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError
-
-
-def cradle_shares(pair: PairDimensions, screw: generating.GeneratingScrew) -> FloatArray:
-    """Shares from the exact cradle to the one at the root angle of the pinion, without the exact one."""
-    root = pair.pinion.pitch_angle - pair.pinion.dedendum_angle
-    last = generating.share_of_root_angle(pair.assembly, root, "pinion")
-    now = float(np.arcsin(screw.direction @ pair.assembly.pinion_axis[:, 0]))
-    first = generating.share_of_root_angle(pair.assembly, now, "pinion")
-    return first + (last - first) * np.arange(1, _STEPS + 1) / _STEPS
 
 
 def tool_in_space(pair: PairDimensions, flank: CutFlank, screw: generating.GeneratingScrew) -> generating.ToolPose:
@@ -78,7 +68,11 @@ def fit_on_cradle(
     """
     result: FitResult | None = None
     here = list(targets)
-    shares = cradle_shares(pair, screw)
+    # shares from the exact cradle to the one at the root angle of the pinion
+    root = pair.pinion.pitch_angle - pair.pinion.dedendum_angle
+    now = float(np.arcsin(screw.direction @ pair.assembly.pinion_axis[:, 0]))
+    first, last = (generating.share_of_root_angle(pair.assembly, angle, "pinion") for angle in (now, root))
+    shares = first + (last - first) * np.arange(1, _STEPS + 1) / _STEPS
     for share in shares:
         following = generating.generating_screw(pair.assembly, float(share))
         here = [_on_cradle(pair, target, screw, following) for target in here]
@@ -88,9 +82,14 @@ def fit_on_cradle(
         screw = following
     assert result is not None
     if max(abs(float(generating.tilt_and_swivel(f.flank).machine.tilt)) for f in result.flanks) > tilt_limit:
-        here = [_tilted_back(target, tilt_limit) for target in here]
-        held = FreeSettings(_without_axis(free.common), _without_axis(free.own))
-        result = fit(here, held.common, held.own)
+        for k, target in enumerate(here):
+            machine = target.flank.machine
+            assert isinstance(machine, generating.FreeAxisMachine)
+            share = min(1.0, float(np.sin(tilt_limit)) / max(float(np.hypot(machine.axis_x, machine.axis_y)), 1e-12))
+            machine = replace(machine, axis_x=share * machine.axis_x, axis_y=share * machine.axis_y)
+            here[k] = replace(target, flank=replace(target.flank, machine=machine))
+        common, own = ([p for p in part if p.name not in ("axis_x", "axis_y")] for part in (free.common, free.own))
+        result = fit(here, common, own)
     return result
 
 
@@ -99,18 +98,6 @@ def _from_fit(target: TargetFlank, fitted: FittedFlank) -> TargetFlank:
     if root is not None and fitted.root is not None:
         root = replace(root, start=fitted.root.parameters)
     return replace(target, flank=fitted.flank, phase=fitted.phase, parameters=fitted.parameters, root=root)
-
-
-def _tilted_back(target: TargetFlank, limit: float) -> TargetFlank:
-    machine = target.flank.machine
-    assert isinstance(machine, generating.FreeAxisMachine)
-    share = min(1.0, float(np.sin(limit)) / max(float(np.hypot(machine.axis_x, machine.axis_y)), 1e-12))
-    machine = replace(machine, axis_x=share * machine.axis_x, axis_y=share * machine.axis_y)
-    return replace(target, flank=replace(target.flank, machine=machine))
-
-
-def _without_axis(parameters: tuple[FitParameter, ...]) -> tuple[FitParameter, ...]:
-    return tuple(parameter for parameter in parameters if parameter.name not in ("axis_x", "axis_y"))
 
 
 def _on_cradle(
@@ -204,12 +191,6 @@ class ConjugateFlankStart:
     error: float  # largest distance between both [m]
 
 
-def _reach(pair: PairDimensions) -> float:
-    """Distance of both tip planes: gear dedendum and pinion dedendum at the mean point [m]."""
-    members = pair.blank.gear, pair.blank.pinion
-    return float(sum(member.mean_dedendum * np.cos(member.dedendum_angle) for member in members))
-
-
 def conjugate_start(pair: PairDimensions, gear: GearCut, side: FlankSide, grid: FitGrid) -> ConjugateFlankStart:
     """Exactly conjugate settings of one pinion flank."""
     cut = gear.flank(opposite(side))
@@ -219,7 +200,9 @@ def conjugate_start(pair: PairDimensions, gear: GearCut, side: FlankSide, grid: 
     conjugate = conjugate_points(points, pair.assembly)
 
     assembly, screw = pair.assembly, gear.screw
-    axis, reach, tool = (assembly.pinion_origin[:, 0], assembly.pinion_axis[:, 0]), _reach(pair), gear.tool
+    axis, tool = (assembly.pinion_origin[:, 0], assembly.pinion_axis[:, 0]), gear.tool
+    # distance of both tip planes
+    reach = float(sum(m.mean_dedendum * np.cos(m.dedendum_angle) for m in (pair.blank.gear, pair.blank.pinion)))
     # the gear cutter rotated by 180 deg, with its tips at the pinion root at the mean point
     turned = tool.axes @ np.diag([1.0, -1.0, -1.0])
     tool = generating.ToolPose(tool.centre - reach * tool.axes[:, 2], turned)

@@ -213,7 +213,13 @@ def machine_corrections(
     member = _one_member(read)
     sides = [_side(pair, member, grid, error) for grid in read]
     shared = len({item.nominal.machine for item in sides}) == 1 and getattr(pair, member).completing
-    parameters = _parameters(sides[0].nominal, order)
+    machine = sides[0].nominal.machine
+    steps = _FIRST | dict(machine.generation.first_order)
+    if order == 2:
+        steps = steps | _SECOND | dict(machine.generation.second_order)
+    if machine.tilt == 0.0:
+        steps.pop("swivel", None)  # without tilt the swivel has no effect
+    parameters = [FitParameter("machine", name, scale) for name, scale in steps.items()]
     # columns: common or separate settings of the flanks; a rotation of each flank
     groups: list[tuple[str, list[_Side]]] = [("both", sides)] if shared else [(item.side, [item]) for item in sides]
     rows, deviations = [], []
@@ -271,17 +277,6 @@ def _side(design: Design, member: Member, grid: PointGrid, error: float) -> _Sid
             # the root is to keep its height
             root = replace(line, height=line.height + state.error)
     return _Side(side, flank, measured, u, h, points, root)
-
-
-def _parameters(flank: CutFlank, order: Order) -> list[FitParameter]:
-    generation = flank.machine.generation
-    steps = _FIRST | dict(generation.first_order)
-    if order == 2:
-        steps = steps | _SECOND | dict(generation.second_order)
-    if flank.machine.tilt == 0.0:
-        # without tilt the swivel has no effect
-        steps.pop("swivel", None)
-    return [FitParameter("machine", name, scale) for name, scale in steps.items()]
 
 
 def _corrected(flank: CutFlank, parameters: Sequence[FitParameter], vector: FloatArray) -> CutFlank:

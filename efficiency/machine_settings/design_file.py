@@ -79,16 +79,11 @@ def _member(
             cut[side] = flank
         else:
             tables.append((f"{name}.{side}.ease_off", flank))
-    return tables + (_cut_tables(name, blank, cut, process) if cut else [])
-
-
-def _cut_tables(
-    name: str, blank: MemberBlank, flanks: dict[FlankSide, CutFlank], process: CuttingProcess
-) -> list[tuple[str, Table]]:
+    if not cut:
+        return tables
     mirror = 1.0 if blank.hand == "right" else -1.0
-    machines = {side: machine_table(flanks[side].machine) for side in FLANK_SIDES}
-    cutters = {side: process.cutter_table(flanks[side].blade, mirror) for side in FLANK_SIDES}
-    tables: list[tuple[str, Table]] = []
+    machines = {side: machine_table(cut[side].machine) for side in FLANK_SIDES}
+    cutters = {side: process.cutter_table(cut[side].blade, mirror) for side in FLANK_SIDES}
     shared_machine = machines["concave"] == machines["convex"]
     if shared_machine:
         tables.append((f"{name}.machine", machines["concave"]))

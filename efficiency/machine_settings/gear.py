@@ -18,7 +18,7 @@ from efficiency.blanks.pair_blank import PairBlank
 from efficiency.contact.assembly import Assembly
 from efficiency.cutting.blank import Blank
 from efficiency.cutting.cutter import FLANK_SIDES, Blade, FlankSide
-from efficiency.cutting.flank import CutFlank, FlankPoints
+from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.machine import GENERATIONS, Generation, MachineSettings, rotation
 from efficiency.cutting.process import PROCESSES, CuttingProcess
 from efficiency.machine_settings.generating import (
@@ -211,7 +211,11 @@ def _milled(pair: PairDimensions) -> GearCut:
             if not found.all():
                 raise ConvergenceError("gear_settings", f"the {side} gear flank does not reach its calculation point")
             azimuth.append(float(points.azimuth[0]))
-            spiral.append(_signed_spiral(pair, points))
+            # spiral angle, positive for the hand of the member
+            normal, c, s = points.normal[:, 0], np.cos(azimuth[-1]), np.sin(azimuth[-1])
+            outwards, around = normal[0] * c + normal[1] * s, normal[1] * c - normal[0] * s
+            along = outwards * np.sin(pair.gear.pitch_angle) + normal[2] * np.cos(pair.gear.pitch_angle)
+            spiral.append(-pair.hand_gear * float(np.arctan(along / around)))
             pressure.append(float(points.angles(pair.gear.pitch_angle)[1][0]))
         slot = np.angle(np.exp(1j * (azimuth[1] - azimuth[0]))) * pair.hand_gear
         return np.array(
@@ -238,15 +242,6 @@ def _milled(pair: PairDimensions) -> GearCut:
         if np.abs(value).max() > 1e-6:
             raise ConvergenceError("gear_settings", "no point radii and blade angles give the slot of the gear")
     return cut(x)
-
-
-def _signed_spiral(pair: PairDimensions, points: FlankPoints) -> float:
-    """Spiral angle of one point [rad], positive for the hand of the member."""
-    normal, azimuth = points.normal[:, 0], float(points.azimuth[0])
-    outwards = normal[0] * np.cos(azimuth) + normal[1] * np.sin(azimuth)
-    around = normal[1] * np.cos(azimuth) - normal[0] * np.sin(azimuth)
-    along = outwards * np.sin(pair.gear.pitch_angle) + normal[2] * np.cos(pair.gear.pitch_angle)
-    return -pair.hand_gear * float(np.arctan(along / around))
 
 
 GEAR_CUTS: dict[str, Callable[[PairDimensions], GearCut]] = {

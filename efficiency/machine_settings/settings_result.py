@@ -39,9 +39,18 @@ class FlankFit:
     side: FlankSide  # pinion flank, ``"concave"`` (drive) or ``"convex"`` (coast)
     grid: FitGrid  # points of the fit
     fitted: FittedFlank  # relief and residual at the points of the grid
-    undercut: tuple[UndercutPoint, ...]  # points that do not exist on the flank
     # unloaded transmission error of the mesh; None if it was not or could not be computed
     transmission: Transmission | None = None
+
+    @property
+    def undercut(self) -> tuple[UndercutPoint, ...]:
+        """Points that do not exist on the flank."""
+        points, grid = [], self.grid
+        for k in np.flatnonzero(~self.fitted.found):
+            along = "toe" if grid.x[k] < -1 / 3 else "heel" if grid.x[k] > 1 / 3 else "middle"
+            across = "root" if grid.y[k] < -1 / 3 else "tip" if grid.y[k] > 1 / 3 else "mid-depth"
+            points.append(UndercutPoint(float(grid.u[k]), float(grid.h[k]), f"{along}, {across} of the gear"))
+        return tuple(points)
 
     @property
     def transmission_error(self) -> float | None:

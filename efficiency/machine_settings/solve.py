@@ -26,7 +26,6 @@ from efficiency.machine_settings.settings_result import (
     RESIDUAL_LIMIT,
     FlankFit,
     SettingsResult,
-    UndercutPoint,
     tip_findings,
     undercut_findings,
 )
@@ -84,7 +83,11 @@ def machine_settings(inputs: SettingsInput | Path | str, transmission: bool = Tr
             fits, fitted = [], {side: _uncut(pair, starts[side]) for side in FLANK_SIDES}
         else:
             fits = _fit(inputs, scale)
-            fitted = _by_side(fits)
+            fitted = {flank.flank.side: flank for result in fits for flank in result.flanks}
+            for side, flank in fitted.items():
+                if (found := flank.found.mean()) < 0.5:
+                    detail = f"the {side} pinion flank exists at {found:.0%} of its points only"
+                    raise ConvergenceError("undercut", detail)
         text, design = _design(inputs, pair, gear, fitted, scale)
         amplitudes = {side: inputs.targets.of(side).transmission_error for side in FLANK_SIDES}
         mesh = {
@@ -100,9 +103,7 @@ def machine_settings(inputs: SettingsInput | Path | str, transmission: bool = Tr
             break
         scale = {side: scale[side] * off.get(side, 1.0) for side in FLANK_SIDES}
 
-    reports = {
-        side: FlankFit(side, grid, fitted[side], _undercut(grid, fitted[side]), mesh[side]) for side in FLANK_SIDES
-    }
+    reports = {side: FlankFit(side, grid, fitted[side], mesh[side]) for side in FLANK_SIDES}
     findings = tip_findings(design.flanks(), pair.blank.module_normal)
     findings += undercut_findings(tuple(reports.values()), grid.lowest)
     warnings = (*(text for _, text in findings), *_warnings(pair.blank, reports, transmission))
@@ -214,14 +215,6 @@ def root_weight(inputs: SettingsInput, pair: PairDimensions) -> float:
     return pair.process.root_weight if inputs.cutting.pinion == "both_flanks" else _ROOT_WEIGHT
 
 
-def _by_side(fits: list[FitResult]) -> dict[FlankSide, FittedFlank]:
-    found = {flank.flank.side: flank for result in fits for flank in result.flanks}
-    for side, flank in found.items():
-        if (share := flank.found.mean()) < 0.5:
-            raise ConvergenceError("undercut", f"the {side} pinion flank exists at {share:.0%} of its points only")
-    return found
-
-
 def _uncut(pair: PairDimensions, start: conjugate.ConjugateFlankStart) -> FittedFlank:
     """The conjugate flank itself, evaluated for undercut only."""
     target = conjugate.target_flank(pair, start, np.zeros(start.parameters.shape[1]), 0.0)
@@ -259,15 +252,6 @@ def unloaded_mesh(design: Design, side: Side, fitted: FittedFlank) -> Transmissi
     except ConvergenceError:
         return None
     return mesh if mesh.peak_to_peak < _MESHES_ANGLE else None
-
-
-def _undercut(grid: conjugate.FitGrid, fitted: FittedFlank) -> tuple[UndercutPoint, ...]:
-    points = []
-    for k in np.flatnonzero(~fitted.found):
-        along = "toe" if grid.x[k] < -1 / 3 else "heel" if grid.x[k] > 1 / 3 else "middle"
-        across = "root" if grid.y[k] < -1 / 3 else "tip" if grid.y[k] > 1 / 3 else "mid-depth"
-        points.append(UndercutPoint(float(grid.u[k]), float(grid.h[k]), f"{along}, {across} of the gear"))
-    return tuple(points)
 
 
 def _warnings(blank: PairBlank, reports: dict[FlankSide, FlankFit], transmission: bool) -> tuple[str, ...]:

@@ -182,10 +182,8 @@ def state_figures(
 ) -> dict[str, float]:
     """Figures of a pair over the duty in one state: mean loss [W], worst of the others."""
     results = duty_results(pair, problem, state, grid)
-    names = [name for name in problem.figures if name != _LOSS]
-    hours = [row.hours for row in problem.duty]
-    worst = {name: max(_figure(result, name) for result in results) for name in names}
-    return {_LOSS: float(np.average([result.power_loss for result in results], weights=hours)), **worst}
+    worst = {name: max(_figure(result, name) for result in results) for name in problem.figures if name != _LOSS}
+    return {_LOSS: _mean_loss(problem, results)[0], **worst}
 
 
 def duty_results(

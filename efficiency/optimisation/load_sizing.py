@@ -51,9 +51,8 @@ class FlankLoad:
 
     shares: tuple[float, ...]  # share of the torque on edges in each state [-]
     edges: dict[str, float]  # largest share at each edge [-]
-    centre: (
-        float  # of the load of the aligned pair along the gear face, from its middle to the heel, in half face widths
-    )
+    # of the load of the aligned pair along the gear face, from its middle to the heel, in half face widths
+    centre: float
 
     @property
     def worst(self) -> float:

@@ -226,16 +226,13 @@ def optimise(
     if split:
         parts = ", ".join(f"{part} {100.0 * gain:+.1f} %" for part, gain in split.items())
         notes.append(f"gain by kind of variable, one after the other: {parts}")
-    return replace(found, notes=(*notes, *_at_bounds(found)))
-
-
-def _at_bounds(found: Optimisation) -> list[str]:
-    """A note that names the variables of the best point that lie at a bound."""
-    if found.best is None:
-        return []
-    values = found.best.point.variables
-    names = [f"{v.quantity.label} ({bound})" for v in found.problem.variables if (bound := v.at_bound(values[v.name]))]
-    return [f"variables of the best point at a bound: {', '.join(names)}; widen it with --vary"] if names else []
+    if found.best is not None:
+        values = found.best.point.variables
+        at = [(v.quantity.label, bound) for v in problem.variables if (bound := v.at_bound(values[v.name]))]
+        if at:
+            names = ", ".join(f"{label} ({bound})" for label, bound in at)
+            notes.append(f"variables of the best point at a bound: {names}; widen it with --vary")
+    return replace(found, notes=tuple(notes))
 
 
 def load_start(name: Path | str) -> SettingsInput:
@@ -282,13 +279,17 @@ def make_problem(
         rows = read_duty(duty) if isinstance(duty, Path | str) else tuple(duty)
     if flanks != "both" and all(row.side != flanks for row in rows):
         raise InputError("flanks", flanks, "flanks that carry load in the duty cycle")
+    wanted = tuple(dict.fromkeys(objectives or search_problem.OBJECTIVES))
+    for name in wanted:
+        if name not in search_problem.FIGURES:
+            raise InputError("objective", name, "one of " + ", ".join(search_problem.FIGURES))
     card = oil or own.oil
     Oil.load(card)
     return search_problem.SearchProblem(
         start=start,
         variables=tuple(search_problem.variables_of(start, variables, flanks)),
         flanks=flanks,
-        objectives=search_problem.checked_objectives(objectives),
+        objectives=wanted,
         limits=search_problem.checked_limits(limits),
         duty=rows,
         states=search_problem.box_states(misalignment, tolerance),
@@ -323,7 +324,12 @@ def _begin(
             raise ConvergenceError(reason, f"the start: {detail}")
     problem, missing = _with_data(problem, pair, each[0], default)
     notes += missing
-    states = _search_states(problem, each)
+    states = problem.states
+    if len(states) > _MAX_STATES:
+        # the aligned pair and the corners with the highest and the lowest pressure of the start; without it, the loss
+        name = "pressure_hertz_max" if "pressure_hertz_max" in problem.figures else "power_loss"
+        order = sorted(range(1, len(states)), key=lambda k: each[k].figures[name])
+        states = states[0], states[order[-1]], states[order[0]]
     task = replace(task, problem=problem, states=states)
     figures = over_states(
         [found.figures for state, found in zip(problem.states, each, strict=True) if state in states], problem
@@ -352,16 +358,6 @@ def _with_data(
         notes.append(f"no limit on {name}, because the start has no such value{reason}")
     limits = {name: limit for name, limit in problem.limits.items() if name not in missing}
     return replace(problem, limits=limits), notes
-
-
-def _search_states(problem: search_problem.SearchProblem, each: Sequence[Evaluation]) -> tuple[dict[str, float], ...]:
-    """The aligned pair and the corners with the highest and the lowest pressure of the start; without it, the loss."""
-    states = problem.states
-    if len(states) <= _MAX_STATES:
-        return states
-    name = "pressure_hertz_max" if "pressure_hertz_max" in problem.figures else "power_loss"
-    order = sorted(range(1, len(states)), key=lambda k: each[k].figures[name])
-    return states[0], states[order[-1]], states[order[0]]
 
 
 def _search(

@@ -302,20 +302,14 @@ def with_values(start: SettingsInput, values: Mapping[str, float], flanks: Flank
         if own
         else {}
     )
-    update = {"targets": targets.model_copy(update=changed), "blank": _blank_with(start, values)}
+    inner: dict[str, dict[str, float]] = {}
+    for variable, value in values.items():
+        if variable in _BLANK:
+            inner.setdefault(_BLANK[variable], {})[_blank_place(start, variable)[1]] = value
+    blank = inner.pop("", {}) | {t: getattr(start.blank, t).model_copy(update=keys) for t, keys in inner.items()}
+    update = {"targets": targets.model_copy(update=changed), "blank": start.blank.model_copy(update=blank)}
     update |= _members(start, values)
     return start.model_copy(update=update | ({"name": name} if name else {}))
-
-
-def _blank_with(start: SettingsInput, values: Mapping[str, float]) -> PairBlankInput:
-    own: dict[str, float] = {}
-    inner: dict[str, dict[str, float]] = {}
-    for name, value in values.items():
-        if name in _BLANK:
-            _, key = _blank_place(start, name)
-            (inner.setdefault(_BLANK[name], {}) if _BLANK[name] else own)[key] = value
-    tables = {table: getattr(start.blank, table).model_copy(update=keys) for table, keys in inner.items()}
-    return start.blank.model_copy(update={**own, **tables})
 
 
 def _members(start: SettingsInput, values: Mapping[str, float], by: bool = False) -> dict[str, Any]:
@@ -379,15 +373,6 @@ class SearchProblem:
     def values_at(self, place: FloatArray) -> dict[str, float]:
         """Variables at a position of the unit cube."""
         return {v.name: v.at(float(z)) for v, z in zip(self.variables, place, strict=True)}
-
-
-def checked_objectives(given: Sequence[str] | None) -> tuple[str, ...]:
-    """Validated names of the objectives; `InputError` for an unknown one."""
-    names = tuple(dict.fromkeys(given or OBJECTIVES))
-    for name in names:
-        if name not in FIGURES:
-            raise InputError("objective", name, "one of " + ", ".join(FIGURES))
-    return names
 
 
 def checked_limits(given: Mapping[str, Any] | None) -> dict[str, float | str]:

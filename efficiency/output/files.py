@@ -18,7 +18,7 @@ from efficiency.contact.conjugate import COLUMNS
 from efficiency.contact.flank_pair import flank_pair
 from efficiency.contact.gear_flanks import MEMBERS, SIDES, Member
 from efficiency.contact.tooth_grid import ToothGrid, tooth_grid
-from efficiency.cutting.cutter import FlankSide
+from efficiency.cutting.cutter import FLANK_SIDES, FlankSide
 from efficiency.cutting.flank import Flank
 from efficiency.design.design import Design
 from efficiency.output.machine_summary import Units, sheet_text, write_summary
@@ -129,13 +129,22 @@ def export_design(
             grid = grids[member] = tooth_grid(design.flanks(), member, rows, columns)
             written += [_export_solid(design, member, part, folder, grid, thickness, hole) for part in solids]
         if "grid" in chosen:
-            written += export_grids(design, member, folder, rows, columns, margin)
+            for side in FLANK_SIDES:
+                points = inspection_grid(design.flank(member, side), rows, columns, margin)
+                path = folder / f"{member}_{side}.csv"
+                write_inspection_grid(path, design, member, side, points)
+                start = f", from {100.0 * points.lowest:.1f} % of the depth above the root" * (points.lowest > 0.0)
+                written.append(f"{path}: {rows} x {columns} points{start}")
     if "step" in chosen and len(grids) == len(MEMBERS):
         written.append(_export_pair(design, folder, grids))
     if "ease_off" in chosen:
         written += export_ease_off(design, folder)
     if "summary" in chosen:
-        written += export_summary(design, folder, units)
+        table, sheet = folder / "machine_summary.csv", folder / "setting_sheet.csv"
+        write_summary(table, design, units)
+        write_file(sheet, sheet_text(design, units))  # for re-import
+        written.append(f"{table}: blanks, cutters and settings of four flanks, {units}")
+        written.append(f"{sheet}: the same data, one entry per line, {units}")
     return written
 
 
@@ -170,21 +179,6 @@ def _export_pair(design: Design, folder: Path, grids: dict[Member, ToothGrid]) -
     return f"{path}: both members in the mesh frame, z along the gear axis"
 
 
-def export_grids(
-    design: Design, member: Member, folder: Path, rows: int, columns: int, margin: float = 0.0
-) -> list[str]:
-    """CSV grids of both flanks of a member."""
-    sides: tuple[FlankSide, ...] = ("concave", "convex")
-    written = []
-    for side in sides:
-        grid = inspection_grid(design.flank(member, side), rows, columns, margin)
-        path = folder / f"{member}_{side}.csv"
-        write_inspection_grid(path, design, member, side, grid)
-        start = f", from {100.0 * grid.lowest:.1f} % of the depth above the root" if grid.lowest > 0.0 else ""
-        written.append(f"{path}: {rows} x {columns} points{start}")
-    return written
-
-
 def export_ease_off(design: Design, folder: Path) -> list[str]:
     """CSV maps of the ease-off of both flank pairs, in the format of `map` of targets and flanks."""
     written = []
@@ -205,14 +199,3 @@ def export_ease_off(design: Design, folder: Path) -> list[str]:
         write_file(path, "\n".join(lines) + "\n")
         written.append(f"{path}: ease-off of the {side} side, {len(rows)} points")
     return written
-
-
-def export_summary(design: Design, folder: Path, units: Units = "metric") -> list[str]:
-    """Blanks, cutters and machine settings: CSV with a column for each flank, and a setting sheet for re-import."""
-    table, sheet = folder / "machine_summary.csv", folder / "setting_sheet.csv"
-    write_summary(table, design, units)
-    write_file(sheet, sheet_text(design, units))
-    return [
-        f"{table}: blanks, cutters and settings of four flanks, {units}",
-        f"{sheet}: the same data, one entry per line, {units}",
-    ]

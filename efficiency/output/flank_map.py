@@ -15,7 +15,6 @@ import numpy as np
 from ehl.common.arrays import BoolArray, FloatArray, IntArray
 
 if TYPE_CHECKING:
-    from efficiency.contact.contact_lines import MeshPosition
     from efficiency.contact.gear_flanks import GearFlanks, Member
     from efficiency.loss.efficiency_result import EfficiencyResult
 
@@ -158,17 +157,14 @@ class FlankMap:
         # if the gear drives, all velocities are reversed
         at = self.result.conditions
         speed = at.speed if at.driver == "pinion" else -at.speed
-        positions = [load.position for load in self.result.load.positions]
-        parts = [_projected(p, self.flanks.blank("gear").pitch_angle) for p in positions]
-        u, h = (self._grid(np.concatenate([part[k] for part in parts])) * speed for k in (0, 1))
-        return u, h
-
-
-def _projected(p: MeshPosition, pitch_angle: float) -> tuple[FloatArray, FloatArray]:
-    """Components of the sliding vector per unit pinion speed along and normal to the pitch cone of the gear [m]."""
-    sliding = p.sliding_along[:, None] * p.along + p.sliding_across[:, None] * p.across
-    # the gear rotates about z through the origin
-    radius = np.hypot(p.position[:, 0], p.position[:, 1])
-    radial = (sliding[:, 0] * p.position[:, 0] + sliding[:, 1] * p.position[:, 1]) / radius
-    c, s = np.cos(pitch_angle), np.sin(pitch_angle)
-    return np.asarray(radial * s + sliding[:, 2] * c), np.asarray(radial * c - sliding[:, 2] * s)
+        pitch_angle, u, h = self.flanks.blank("gear").pitch_angle, [], []
+        c, s = np.cos(pitch_angle), np.sin(pitch_angle)
+        for load in self.result.load.positions:
+            p = load.position
+            sliding = p.sliding_along[:, None] * p.along + p.sliding_across[:, None] * p.across
+            # the gear rotates about z through the origin
+            radius = np.hypot(p.position[:, 0], p.position[:, 1])
+            radial = (sliding[:, 0] * p.position[:, 0] + sliding[:, 1] * p.position[:, 1]) / radius
+            u.append(radial * s + sliding[:, 2] * c)
+            h.append(radial * c - sliding[:, 2] * s)
+        return self._grid(np.concatenate(u)) * speed, self._grid(np.concatenate(h)) * speed

@@ -59,7 +59,11 @@ def gear_sections(result: EfficiencyResult, medium: Medium, units: Units = "metr
     if medium == "files":
         design = design_of(result) if result.case.mesh else None
         drawing = [design_drawing(design).table(units)] if isinstance(design, Design) else []
-        return [Section("", [Head(_title(result)), *tables.result_tables(result), *drawing])]
+        own = [result.inputs.table()] if result.inputs.sources else []
+        own.append(tables.remarks_table([result]))
+        own += [result.strength.table(), result.strength.root_table()] if result.has_strength else []
+        points = [tables.position_table(result), tables.point_table(result)]
+        return [Section("", [Head(_title(result)), tables.result_table(result), *own, *points, *drawing])]
     strength = [replace(result.strength.table(), notes=result.strength.notes)] if result.has_strength else []
     inputs = [] if result.own_inputs is None else [result.own_inputs.table()]
     notes = Notes(pair_notes(result_notes(result)))
@@ -369,13 +373,14 @@ def map_sections(grid: Grid, medium: Medium, units: Units = "metric") -> list[Se
         raise InputError("report", grid.reason, "a grid with a result")
     first = grid.results[0]
     title = f"{first.design}, {first.side}: map, friction: {model_label(first.friction_model)}"
+    over = tables.efficiency_grids(grid) if is_map(grid) else []
     if medium == "files":
-        return [Section("", [Head(title), *tables.map_tables(grid)])]
+        return [Section("", [Head(title), tables.map_table(grid), *over, tables.remarks_table(grid.results)])]
     if medium == "terminal":
         skipped = dict.fromkeys(text for result in grid.results for text in result.skipped)
         below: list[Item] = [tables.grid_notes(grid), *(Text(f"neglected: {text}") for text in skipped)]
         below += [Text(grid.interpolation)] if grid.interpolation else []
-        return [Section("", [*(tables.efficiency_grids(grid) if is_map(grid) else [tables.map_table(grid)]), *below])]
+        return [Section("", [*(over or [tables.map_table(grid)]), *below])]
     if is_map(grid):
         found = page_sections(nearest_point(grid), grid, units)
         # only the figures of the map are written as files

@@ -54,9 +54,13 @@ def tooth_pair_figure(pair: FlankPair) -> Figure:
     ]
     cells = np.concatenate(placed, axis=1).T.reshape(-1, 4, 3)
     tints = np.repeat([to_rgb(ORANGE), to_rgb(BLUE)], [part.shape[1] // 4 for part in placed], axis=0)
-    contact = _contact_point(pair, angle)
-    # along the face to the heel, and out of the gear teeth
-    along, out = _directions(contact, surface.gear.blank.pitch_angle)
+    u, v = (np.array([value]) for value in surface.error_maximum)
+    highest = surface.patch(u, v, ("x", "y", "z"))
+    contact = assembly.gear_in_mesh(highest, np.array([assembly.ratio * angle]))[:, 0]
+    # generatrix of the pitch cone of the gear there, to the heel, and the normal of the cone, out of the gear teeth
+    radial, axial = np.array([*contact[:2], 0.0]) / np.hypot(contact[0], contact[1]), np.array([0.0, 0.0, 1.0])
+    c, s = np.cos(surface.gear.blank.pitch_angle), np.sin(surface.gear.blank.pitch_angle)
+    along, out = s * radial + c * axial, c * radial - s * axial
     aside = np.cross(out, along)
     for axes, side, name in zip(figure.subplots(1, 2), (1.0, -1.0), ("heel", "toe"), strict=True):
         view = _view(side * along + 0.35 * side * aside + 0.45 * out, out)
@@ -90,23 +94,6 @@ def _teeth(pair: FlankPair, member: Member) -> FloatArray:
     points, _ = flank.solve(grid.u[row, column : column + 1], grid.height[row, column : column + 1])
     own = grid.lower if grid.sides[0] == flank.side else grid.upper
     return teeth_surface(grid, _TEETH, float(points.azimuth[0] - own[row, column]))
-
-
-def _contact_point(pair: FlankPair, angle: float) -> FloatArray:
-    """Maximum of the ease-off in the mesh frame (3,)."""
-    surface = pair.surface
-    u, v = (np.array([value]) for value in surface.error_maximum)
-    return surface.assembly.gear_in_mesh(
-        surface.patch(u, v, ("x", "y", "z")), np.array([surface.assembly.ratio * angle])
-    )[:, 0]
-
-
-def _directions(point: FloatArray, pitch_angle: float) -> tuple[FloatArray, FloatArray]:
-    """Generatrix of the pitch cone of the gear through a point, to the heel, and the normal of the cone."""
-    radial = np.array([point[0], point[1], 0.0]) / np.hypot(point[0], point[1])
-    axial = np.array([0.0, 0.0, 1.0])
-    c, s = np.cos(pitch_angle), np.sin(pitch_angle)
-    return s * radial + c * axial, c * radial - s * axial
 
 
 def _view(eye: FloatArray, up: FloatArray) -> FloatArray:

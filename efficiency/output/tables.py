@@ -214,14 +214,6 @@ def range_table(result: EfficiencyResult) -> Table:
     return Table(("end", *found), ends, title=title, vertical=True)
 
 
-def result_tables(result: EfficiencyResult) -> list[Table]:
-    """Tables of one operating point: result, remarks, strength, mesh positions, loaded points."""
-    inputs = [result.inputs.table()] if result.inputs.sources else []
-    strength = [result.strength.table(), result.strength.root_table()] if result.has_strength else []
-    head = [result_table(result), *inputs, remarks_table([result]), *strength]
-    return [*head, position_table(result), point_table(result)]
-
-
 def result_table(result: EfficiencyResult) -> Table:
     """Scalar values, ranges of the local conditions and counts of the flags of the friction model, one per line."""
     columns: dict[Any, Any] = {name: cell(value) for name, value in result.scalars(interval=True).items()}
@@ -337,20 +329,6 @@ def _outside_note(grid: Grid, number: int) -> str:
     )
 
 
-def map_tables(grid: Grid) -> list[Table]:
-    """All operating points of a map; the efficiency over torque and speed at each temperature; remarks."""
-    grids = efficiency_grids(grid) if tuple(grid.axes) == ("torque", "speed", "temperature") else []
-    return [map_table(grid), *grids, remarks_table(grid.results)]
-
-
-def comparison_table(comparison: Comparison) -> Table:
-    """One row per result, for files: all columns, models by their names in commands."""
-    rows = [
-        [row.name if name == "friction_model" else getattr(row, name) for name in _COMPARED] for row in comparison.rows
-    ]
-    return Table(_COMPARED, rows, title=operating_point(comparison), name="models")
-
-
 def models_table(comparison: Comparison) -> Table:
     """The table for terminal and page, by increasing loss; a model without uncertain inputs has no interval."""
     limits, known = _limits(comparison.rows), comparison.rows
@@ -405,8 +383,12 @@ def comparison_tables(comparison: Comparison) -> list[Table]:
         for row in comparison.rows
         if row.loss_regions
     ]
+    rows = [
+        [row.name if name == "friction_model" else getattr(row, name) for name in _COMPARED] for row in comparison.rows
+    ]
     return [
-        comparison_table(comparison),
+        # all columns, models by their names in commands
+        Table(_COMPARED, rows, title=operating_point(comparison), name="models"),
         Table.from_columns(angle | along["mu"], name="friction along the mesh"),
         Table.from_columns(angle | along["power_loss"], name="loss along the mesh"),
         Table(("friction_model", *regions), shares, name="share of loss by region"),

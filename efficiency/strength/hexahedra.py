@@ -6,7 +6,6 @@ precision of the stiffness.
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
 from itertools import product
 from typing import Any
 
@@ -42,14 +41,6 @@ def shape_functions(places: FloatArray) -> tuple[FloatArray, FloatArray]:
     return whole * last, np.stack(slopes, axis=-1)
 
 
-@lru_cache(maxsize=4)
-def _rule(count: int) -> tuple[FloatArray, FloatArray]:
-    """Gauss points (p, 3) and weights of the cube."""
-    points, weights = np.polynomial.legendre.leggauss(count)
-    places = np.stack([x.ravel() for x in np.meshgrid(points, points, points, indexing="ij")], axis=-1)
-    return places, np.einsum("i,j,k->ijk", weights, weights, weights).ravel()
-
-
 Real = NDArray[np.floating[Any]]
 """Array of numbers of single or double precision."""
 
@@ -64,7 +55,9 @@ def element_stiffness(
 
     The unknowns are ordered by node; `precision` is that of the result. Raises `ConvergenceError` for a folded element.
     """
-    places, weights = _rule(3)
+    points, factors = np.polynomial.legendre.leggauss(3)
+    places = np.stack([x.ravel() for x in np.meshgrid(points, points, points, indexing="ij")], axis=-1)
+    weights = np.einsum("i,j,k->ijk", factors, factors, factors).ravel()
     _, slopes = shape_functions(places)
     jacobian = np.matmul(slopes.transpose(0, 2, 1)[None], corners[:, None])
     volume = np.linalg.det(jacobian)

@@ -154,7 +154,14 @@ def rate_strength(
         grades.append(Grade("contact endurance", "note", text))
     grades += _edge_grades(edges, first, shakes)
     rz = iso.RZ_OF_RQ * 0.5 * sum(local.roughness)
-    factors = _contact_factors(endurance, local, rz, float(loaded["radius_equivalent"][worst]))
+    factors: dict[str, float] = {}
+    if math.isfinite(endurance):
+        factors = {
+            "Z_L": iso.lubricant_factor(endurance, local.viscosity_40),
+            "Z_v": iso.speed_factor(endurance, local.speed),
+            "Z_R": iso.roughness_factor(endurance, rz, float(loaded["radius_equivalent"][worst])),
+            "Z_Hyp": local.hypoid,
+        }
     safety = endurance * math.prod(factors.values()) / flank if flank > 0.0 else math.nan
     if safety < 1.0 and flank <= endurance:
         text = f"pitting safety {safety:.3f} below 1 with the factors of film and roughness ({where}): finer finish, "
@@ -272,17 +279,6 @@ def _edge_grades(edges: EdgeLoad, first: float, shakes: float) -> list[Grade]:
     elif edges.pressure > first:
         text += f"; {pressure} at the {edges.edge} is above first yield, {first / 1e9:.3g} GPa: local yielding"
     return [Grade("edges", "warning" if severe else "note", text)]
-
-
-def _contact_factors(endurance: float, local: LocalConditions, rz: float, radius: float) -> dict[str, float]:
-    if not math.isfinite(endurance):
-        return {}
-    return {
-        "Z_L": iso.lubricant_factor(endurance, local.viscosity_40),
-        "Z_v": iso.speed_factor(endurance, local.speed),
-        "Z_R": iso.roughness_factor(endurance, rz, radius),
-        "Z_Hyp": local.hypoid,
-    }
 
 
 def _root_factors(stress: RootStress, module: float) -> dict[str, float]:

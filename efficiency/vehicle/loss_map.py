@@ -14,7 +14,7 @@ from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -34,9 +34,6 @@ from ehl.common.table_reader import read_table
 from ehl.common.tabular import Tabular
 from ehl.common.units import ValueRange
 from regression.friction.published_registry import model_label
-
-if TYPE_CHECKING:
-    pass
 
 COLUMNS = {
     "torque": SIGNED["torque"],
@@ -346,18 +343,12 @@ def _case_notes(points: Iterable[GridPoint], axle: AxleLosses | None, model: str
     first, found = MESH_ALONE if axle is None else axle.description, []
     for point in points:
         outside = "" if point.reason else outside_note(point.figure("outside_range_share"), model_label(model))
-        found += [_case_note(point, note) for note in (*point.notes, outside) if note]
+        at = point.condition if point.result is None else vars(point.result.conditions)
+        torque = at["torque"] if at["driver"] == "pinion" else -at["torque"]  # negative in coast
+        place = f"{quantity('torque').text(torque)}, {quantity('speed').text(at['speed'])}"
+        failed = "no result: " * (point.result is None)
+        found += [(place, failed + note) for note in (*point.notes, outside) if note]
     return (("", first), *found)
-
-
-def _case_note(point: GridPoint, note: str) -> tuple[str, str]:
-    """Torque (negative in coast) and speed of a point as text, and its note or the reason of its failure."""
-    at = point.condition
-    if point.result is not None:
-        at = vars(point.result.conditions)
-    torque = at["torque"] if at["driver"] == "pinion" else -at["torque"]
-    place = f"{quantity('torque').text(torque)}, {quantity('speed').text(at['speed'])}"
-    return place, note if point.result is not None else f"no result: {note}"
 
 
 def _point(torque: float, speed: float, loss_axle: float, point: GridPoint | None, interval: bool) -> LossPoint:
