@@ -31,7 +31,7 @@ FAST = {
     "unit/ehl": ("units table inputs lubricant finish"),
     "unit/regression": ("plan friction_models code_record noise table_files calibration_inputs"),
     "unit/efficiency": (
-        "blank cutting_design cutting_kinematics contact_sample load_equilibrium output_solid geometry_design "
+        "blank cutting_design cutting_kinematics contact_sample load_equilibrium output_solid "
         "grid strength loss lubrication"
     ),
     "unit": ("import_direction"),

@@ -160,6 +160,9 @@ OPTIONS: dict[str, tuple[tuple[Any, ...], dict[str, str], list[tuple[str, str]]]
         ("--side", "drives"), ("--driver", "pinon"), ("--load-balance", "friction"),
         ("--friction", "constant:2"), ("--friction", "75w91"), ("--units", "si"), ("--E", "0.1"), ("--report", "x.txt"),
         ("--torque", "0 N m"), ("--torque", "10, 20 N m"), ("--speed", "0 rpm"), ("--side", "both"),
+        ("--rating --side", "coast"), ("--rating --E", "0.1 mm"), ("--rating --tolerance", "2"),
+        ("--spectrum", "duty.csv"), ("--uncertainty --load-from", "load.csv"), ("--accuracy-grade", "6"),
+        ("--tolerance", "1"),
     ]),
     "geometry": (("geometry", PAIR), {}, [
         ("--E", "0.1"), ("--shaft-angle-error", "1 mm"), ("--side", "left"), ("--marking", "0 um"),
@@ -195,7 +198,11 @@ OPTIONS: dict[str, tuple[tuple[Any, ...], dict[str, str], list[tuple[str, str]]]
     ]),
     "misalignment": (("misalignment", PAIR), {"--E": "0, 0.1 mm"}, [
         ("--E", "0.1"), ("--P", "1 deg"), ("--shaft-angle-error", "1 mm"), ("--side", "up"), ("--G", "0.1"),
-        ("--marking", "6"), ("--E", "0, 5 mm"),
+        ("--marking", "6"), ("--E", "0, 5 mm"), ("--speed", "1000 rpm"),
+    ]),
+    # of the sizing, that was not asked for
+    "settings": (("settings", "fh_hypoid_9x34"), {}, [
+        ("--torque", "100 N m"), ("--coast-torque", "100 N m"), ("--E", "0.1 mm"),
     ]),
     "axle-test": (("axle-test", PAIR), {}, [
         ("--application", "singel"), ("--torque-max", "2500"), ("--torque-max", "100 N m"),

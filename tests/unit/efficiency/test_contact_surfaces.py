@@ -1,4 +1,4 @@
-"""Flanks without settings: conjugate with an ease-off, grids of points, tables of ease-off; patches on parts."""
+"""Flanks without settings: conjugate with an ease-off, grids of points, tables of ease-off; patches and curves."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -6,9 +6,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from refusals import fails
+from scipy.interpolate import Akima1DInterpolator, CubicSpline
 
-from efficiency.contact.chebyshev import Patch, PointFit
+from efficiency.contact.chebyshev import Patch, PointFit, akima_curve, cubic_spline
 from efficiency.contact.conjugate import EaseOffTarget, EaseOffTerm, conjugate_flank, read_ease_off_map
 from efficiency.contact.contact_lines import mesh_cycle
 from efficiency.contact.contact_search import transmission
@@ -104,10 +107,9 @@ def test_normal_of_the_conjugate_flank_with_ease_off() -> None:
     assert ((there * points.normal).sum(axis=0) > 0.999).all()
 
 
-def grid_file(folder: Path, design: Design, rows: int = 9, columns: int = 13, margin: float = 0.04) -> Path:
-    flank = design.gear.flank("convex")
+def grid_file(folder: Path, design: Design) -> Path:
     path = folder / "gear.csv"
-    write_inspection_grid(path, design, "gear", "convex", inspection_grid(flank, rows, columns, margin))
+    write_inspection_grid(path, design, "gear", "convex", inspection_grid(design.gear.flank("convex"), 9, 13, 0.04))
     return path
 
 
@@ -151,13 +153,9 @@ def test_noise_is_smoothed_and_stated(tmp_path: Path) -> None:
 
 def cells(change: Any) -> Any:
     """The text with other cells in line 20, that of row 2, column 4."""
-
-    def changed(text: str) -> str:
-        lines = text.splitlines()
-        lines[19] = ",".join(change(lines[19].split(",")))
-        return "\n".join(lines)
-
-    return changed
+    return lambda text: "\n".join(
+        ",".join(change(line.split(","))) if number == 20 else line for number, line in enumerate(text.splitlines(), 1)
+    )
 
 
 @pytest.mark.parametrize(
@@ -220,6 +218,41 @@ def test_patch_over_a_part_of_its_rectangle() -> None:
     np.testing.assert_allclose(np.imag(value) / 1e-20, np.real(by_u), rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(np.real(by_v)[0], (-field(x, y) / (1.5 + y))[some], rtol=1e-5)
     assert patch.raised((20, 20))(x, y, ("f",)) == pytest.approx(patch(x, y, ("f",)), abs=1e-12)
+
+
+@settings(max_examples=20)
+@given(st.integers(0, 2), st.integers(0, 2), st.floats(-0.9, 1.9), st.floats(0.1, 0.9))
+def test_patch_is_exact_for_polynomials_and_their_derivatives(du: int, dv: int, u: float, v: float) -> None:
+    nodes_u, nodes_v = Patch.nodes((-1.0, 2.0), (0.0, 1.0), (6, 5))
+    fields = {"f": nodes_u**3 * nodes_v**2 + nodes_v, "one": 0.0 * nodes_u + 1.0}
+    patch = Patch.fit((-1.0, 2.0), (0.0, 1.0), (6, 5), fields)
+    up = [u**3, 3.0 * u**2, 6.0 * u][du]
+    vp = [v**2, 2.0 * v, 2.0][dv]
+    extra = [v, 1.0, 0.0][dv] if du == 0 else 0.0
+    value = patch(np.array([u]), np.array([v]), ("f", "one"), du=du, dv=dv)[:, 0]
+    np.testing.assert_allclose(value, [up * vp + extra, float(du == 0 and dv == 0)], atol=1e-11)
+
+
+def test_patch_tail_tells_resolved_from_unresolved_fields() -> None:
+    u, v = Patch.nodes((0.0, 1.0), (0.0, 1.0), (10, 10))
+    patch = Patch.fit((0.0, 1.0), (0.0, 1.0), (10, 10), {"smooth": np.exp(u * v), "kink": np.abs(u - 0.4) + v})
+    assert patch.tail["smooth"] < 1e-7
+    assert patch.tail["kink"] > 1e-3
+
+
+def test_curves_are_those_of_scipy() -> None:
+    rng = np.random.default_rng(1)
+    x = np.cumsum(rng.uniform(0.2, 2.0, 30))
+    # a flat part, a straight part and a kink among the rest
+    y = np.concatenate([rng.normal(size=15), np.zeros(5), 2.0 * x[20:26] - 3.0, rng.normal(size=4)])
+    at = np.append(np.linspace(x[0] - 0.5, x[-1] + 0.5, 500), x)
+    np.testing.assert_allclose(akima_curve(x, y, at), Akima1DInterpolator(x, y, method="makima")(at), atol=1e-13)
+    assert np.all(akima_curve(x, y, np.linspace(x[16], x[18], 9)) == 0.0)
+    for n in (5, 7, 15):
+        rows, near = np.stack([y[:n], y[-n:]]), np.linspace(x[0] - 0.3, x[n - 1] + 0.3, 101)
+        exact = CubicSpline(x[:n], rows, axis=-1)(near)
+        np.testing.assert_allclose(cubic_spline(x[:n], rows, near), exact, atol=1e-12 * n)
+        np.testing.assert_allclose(cubic_spline(x[:n], rows[1], near), exact[1], atol=1e-12 * n)
 
 
 def test_edges_far_longer_than_the_lines_of_contact_are_refused(

@@ -1,4 +1,4 @@
-"""Cutters, machines and other ways to give a flank in a design file; machine summaries and setting sheets."""
+"""Design files: fields, cutters, machines, other ways to give a flank; machine summaries and setting sheets."""
 
 import tomllib
 from pathlib import Path
@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from refusals import refuses
+from refusals import fails, refuses
 
 from efficiency.contact.conjugate import ConjugateFlank
 from efficiency.contact.flank_pair import flank_pair
 from efficiency.contact.grid_flank import SmoothFlank
+from efficiency.contact.tooth_grid import tooth_shapes
 from efficiency.cutting.summary import parse_summary, read_summary
 from efficiency.design.design import Design, MemberInput, bevel_names, load_design
 from efficiency.output.files import inspection_grid, write_inspection_grid
@@ -22,9 +23,7 @@ from ehl.common.errors import InputError
 SHIPPED = data_path("designs", "fm_spiral_bevel_14x39.toml").read_text(encoding="utf-8")
 HEAD, _, _GEAR_CUT = SHIPPED.partition("[gear.concave.cutter]")
 # the gear of the shipped pair once more, as a spread-blade cutter in one machine setting, partly in inches
-COMPLETING = (
-    HEAD
-    + """
+COMPLETING = f"""{HEAD}
 [gear.cutter]
 type = "face_milling"
 cutter_radius = "4.5 in"
@@ -45,10 +44,7 @@ blade_angle = "0.2840607379613066 rad"
 [gear.convex.cutter]
 blade_angle = "0.4140709628364252 rad"
 """
-)
-HOBBED = (
-    HEAD
-    + """
+HOBBED = f"""{HEAD}
 [gear.cutter]
 type = "face_hobbing"
 cutter_radius = "3.25 in"
@@ -67,7 +63,7 @@ sliding_base = "-5.6 mm"
 [gear.concave.cutter]
 blade_angle = "20 deg"
 blade_phase = "9 deg"
-toprem = { height = "1.5 mm", radius = "30 mm", angle = "3 deg" }
+toprem = {{ height = "1.5 mm", radius = "30 mm", angle = "3 deg" }}
 
 [gear.convex.cutter]
 blade_angle = "20 deg"
@@ -75,9 +71,8 @@ blade_phase = "-9 deg"
 rake_angle = "4 deg"
 hook_angle = "6 deg"
 radius_offset = "0.1 mm"
-flankrem = { height = "6 mm", radius = "200 mm" }
+flankrem = {{ height = "6 mm", radius = "200 mm" }}
 """
-)
 
 
 def load(folder: Path, text: str, *changes: tuple[str, str]) -> Design:
@@ -87,6 +82,15 @@ def load(folder: Path, text: str, *changes: tuple[str, str]) -> Design:
     path = folder / "pair.toml"
     path.write_text(text, encoding="utf-8")
     return load_design(path)
+
+
+def test_shipped_design_by_name_and_by_path(tmp_path: Path) -> None:
+    design = load_design("fm_spiral_bevel_14x39")
+    assert design == load(tmp_path, SHIPPED)
+    assert design.operation.temperature == pytest.approx(363.15)
+    assert design.gear.convex.machine.radial_setting == pytest.approx(0.09485354936)  # type: ignore[union-attr]
+    for side, expected in (("drive", ["concave", "convex"]), ("coast", ["convex", "concave"])):
+        assert [flank.blade.side for flank in design.flanks().mating(side)] == expected
 
 
 def test_tables_shared_by_both_flanks(tmp_path: Path) -> None:
@@ -156,10 +160,43 @@ MISTAKES = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("text", "old", "new", "field"), MISTAKES)
+RADIUS = 'point_radius = "114.47823644967657 mm"'
+IN_SHIPPED = [
+    (RADIUS, "point_radius = nan", "pinion.concave.cutter.point_radius"),
+    ('face_width = "25.4 mm"', 'face_width = "180 mm"', "pinion.blank.face_width"),
+    ('face_width = "25.4 mm"', 'face_width = "100 mm"', "pinion.blank.face_width"),  # no tooth left at the toe
+    ('face_width = "25.4 mm"', 'face_width = "0.0254 mm"', "pinion.blank.face_width"),
+    ("teeth = 14", "teeth = 41", "pinion.blank.teeth"),
+    ('hand = "left"', 'hand = "right"', "pinion.concave.machine.cradle_angle"),
+    ('process = "generated"', 'process = "hand filed"', "pinion.concave.machine.process"),
+    ('type = "face_milling"', 'type = "face_hobbing"', "pinion.concave.cutter.cutter_radius"),
+    ('type = "face_milling"', "", "pinion.concave.cutter.type"),
+    ('torque = "300 N m"', 'torque = "-300 N m"', "operation.torque"),
+    ("E = 0.0", 'E = "5 mm"', "assembly.misalignment.E"),
+    ('shaft_angle = "90 deg"\n', "", "assembly.shaft_angle"),
+]
+
+
+@pytest.mark.parametrize(
+    ("text", "old", "new", "field"),
+    [*((*row, f"gear.{field}") for *row, field in MISTAKES), *((SHIPPED, *row) for row in IN_SHIPPED)],
+)
 def test_bad_input_names_its_field(tmp_path: Path, text: str, old: str, new: str, field: str) -> None:
-    with refuses(f"gear.{field}"):
+    with refuses(field):
         load(tmp_path, text, (old, new))
+
+
+def test_settings_that_cut_no_flank_are_refused_with_a_reason(tmp_path: Path) -> None:
+    # a cradle twice as far out leaves the cutter beside the blank
+    design = load(tmp_path, SHIPPED, ('radial_setting = "96.01838217906185 mm"', 'radial_setting = "300 mm"'))
+    with fails("flank"):
+        flank_pair(design.flanks(), "drive")
+
+
+@pytest.mark.parametrize(("old", "new"), [("115.40012999999999 mm", "121 mm"), ("113.19987 mm", "107.5 mm")])
+def test_flanks_that_cross_are_told_by_member_and_place(tmp_path: Path, old: str, new: str) -> None:
+    with pytest.raises(InputError, match=r"(pinion|gear): tooth thickness at the (tip|root)"):
+        tooth_shapes(load(tmp_path, SHIPPED, (old, new)).flanks())
 
 
 def pinion_given(way: dict[str, str]) -> str:
@@ -241,7 +278,7 @@ Gear fixture, 74-12
 
 def test_a_sheet_becomes_a_member(tmp_path: Path) -> None:
     file = tmp_path / "gear.txt"
-    file.write_text(SHEET, encoding="utf-8")
+    file.write_text(SHEET + "radial setting, 4.108\n", encoding="utf-8")  # twice the same value
     summary = read_summary(file)
     assert summary.unread == ("Gear fixture, 74-12",)
     tables = tomllib.loads(summary.toml())
@@ -300,6 +337,7 @@ def test_cradle_angle_takes_its_sign_from_the_hand_and_test_rolls_give_the_ratio
         ("member, gear\nradial, 4.1 deg", "line 2 (radial)"),
         ("member, gear\nnc/75, 0.5", "gear: nc/75"),
         ("member, pinion\nteeth, inf", "line 2 (teeth)"),
+        (SHEET + "radial setting, 4.18\n", f"line {SHEET.count(chr(10)) + 1} (radial setting)"),
     ],
 )
 def test_bad_lines_are_named(text: str, field: str) -> None:
@@ -307,18 +345,9 @@ def test_bad_lines_are_named(text: str, field: str) -> None:
         parse_summary(text)
 
 
-def test_two_values_of_a_setting_are_refused() -> None:
-    parse_summary(SHEET + "radial setting, 4.108\n")
-    with refuses(f"line {SHEET.count(chr(10)) + 1} (radial setting)"):
-        parse_summary(SHEET + "radial setting, 4.18\n")
-
-
 def test_missing_file(tmp_path: Path) -> None:
     with refuses("summary"):
         read_summary(tmp_path / "none.csv")
-
-
-PAIR = "fm_spiral_bevel_14x39"
 
 
 @pytest.mark.parametrize("units", ["metric", "inch"])

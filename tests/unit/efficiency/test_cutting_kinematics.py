@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from reference_flanks import hobbed_pinion
 from samples import GEAR_BLANK as BLANK
 
@@ -32,6 +34,13 @@ BLADES = {
 def parameters(seed: int = 1, count: int = 7) -> np.ndarray:
     draw = np.random.default_rng(seed).uniform
     return np.stack([draw(-0.0005, 0.009, count), draw(-1.0, 1.0, count), draw(-0.3, 0.3, count)])
+
+
+@given(st.floats(-0.0127, 0.0127), st.floats(-0.006, 0.002), st.floats(-0.02, 0.02))
+def test_blank_coordinates_round_trip(u: float, h: float, apex: float) -> None:
+    blank = BLANK.model_copy(update={"pitch_apex_beyond_crossing": apex})
+    back = blank.coordinates(*blank.axial(np.array([u]), np.array([h])))
+    np.testing.assert_allclose(np.real(back)[:, 0], [u, h], atol=1e-15)
 
 
 def test_work_turns_and_shifts_as_the_trade_names_say() -> None:

@@ -18,7 +18,6 @@ from efficiency.design.design import Design
 from efficiency.loss import ehl_friction as module
 from efficiency.loss.efficiency import mesh_efficiency
 from efficiency.loss.ehl_friction import EhlFriction, ehl_friction
-from efficiency.loss.kinematics import Operation
 from efficiency.loss.power_loss import friction_along_mesh, loss_by_region
 from efficiency.ltca.mesh_grids import LoadedGrids, load_grids
 from efficiency.mesh import Mesh
@@ -347,10 +346,6 @@ def test_texture_in_the_design_file_and_its_limits() -> None:
     for wrong in ({"correlation_length": "0.1 um"}, {"peklenik_number": 0.1}, {"rq": 1}):
         with pytest.raises(InputError, match=r"surface\."):
             validate(Design, content | {"surface": wrong})
-    with refuses("correlation_length"):
-        Operation(100.0, 363.15, correlation_length=1e-9)
-    with refuses("peklenik_number"):
-        Operation(100.0, 363.15, peklenik_number=0.0)
 
 
 class Witness(ConstantFriction):

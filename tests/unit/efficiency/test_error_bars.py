@@ -11,10 +11,11 @@ import numpy as np
 import pytest
 from refusals import refuses
 from samples import AXLE_OIL as OIL
-from samples import OPERATION, tiny_load
+from samples import BEVEL, OPERATION, tiny_load
 
 import efficiency
 from efficiency.conditions.duty import DutyRow
+from efficiency.design.design import Design
 from efficiency.loss.contact_sample import remoteness
 from efficiency.loss.efficiency import mesh_efficiency
 from efficiency.loss.efficiency_result import EfficiencyResult
@@ -24,9 +25,8 @@ from efficiency.loss.kinematics import LoadedPoints, Operation, loaded_points
 from efficiency.loss.lubrication import warmed
 from efficiency.loss.power_loss import rolling_losses
 from efficiency.loss.uncertainty import LossSample, stand_in
-from efficiency.ltca.mesh_grids import LoadedGrids
-from ehl.common.data import data_path
 from ehl.common.errors import InputError
+from ehl.common.validation import validate
 from ehl.fluid.oil import Oil
 from ehl.state import ContactState
 from ehl.uncertainty.result import score_of
@@ -39,25 +39,21 @@ from regression.friction.uncertainty import boundary_friction_of, uncertain_inpu
 MU = 0.05
 
 
-@pytest.fixture(scope="module")
-def loaded() -> LoadedGrids:
-    return tiny_load()
-
-
 def loss_of(points: LoadedPoints, positions: int) -> float:
     """Mean power loss at a constant friction coefficient [W]."""
     return MU * float(points.force @ points.speed_sliding) / positions
 
 
 @pytest.mark.parametrize("driver", ["pinion", "gear"])
-def test_error_is_twice_what_half_the_positions_and_half_the_points_change(loaded: LoadedGrids, driver: str) -> None:
+def test_error_is_twice_what_half_the_positions_and_half_the_points_change(driver: str) -> None:
     operation = replace(OPERATION, driver=driver)
-    result = mesh_efficiency(loaded, ConstantFriction(MU), OIL, operation)
+    result = mesh_efficiency(tiny_load(), ConstantFriction(MU), OIL, operation)
     power = 200.0 * 125.0
 
     def efficiency_at(loss: float) -> float:
         return 1.0 - loss / power if driver == "pinion" else power / (power + loss)
 
+    loaded = tiny_load()
     fine = loaded_points(loaded.fine, loaded.mesh.teeth.effective_modulus, operation)
     coarse = loaded_points(loaded.coarse, loaded.mesh.teeth.effective_modulus, operation)
     every = efficiency_at(loss_of(fine, 4))
@@ -71,12 +67,12 @@ def test_error_is_twice_what_half_the_positions_and_half_the_points_change(loade
     assert result.efficiency_error == pytest.approx(sum(astuple(result.errors)), rel=1e-9)
 
 
-def test_error_of_the_balance_by_forces_of_before(monkeypatch: pytest.MonkeyPatch, loaded: LoadedGrids) -> None:
+def test_error_of_the_balance_by_forces_of_before(monkeypatch: pytest.MonkeyPatch) -> None:
     """mu as force^0.7 changes the loss by 0.7 of a small change of the forces; a tangent of a tenth by 0.3 %."""
     assert balance_error(0.02, 1e-3, 0.0) == pytest.approx(0.02 * (1.001**0.7 - 1.0), rel=1e-3)
     assert balance_error(0.02, 0.0, 0.1) == pytest.approx(0.02 * 0.003)
     monkeypatch.setattr("efficiency.loss.efficiency.balance_error", lambda loss, moved, distance: loss)
-    result = mesh_efficiency(loaded, ConstantFriction(MU), OIL, OPERATION, "frictional")
+    result = mesh_efficiency(tiny_load(), ConstantFriction(MU), OIL, OPERATION, "frictional")
     assert result.errors.balance == pytest.approx(result.power_loss / (200.0 * 125.0), rel=1e-12)
     assert result.efficiency_error == pytest.approx(sum(astuple(result.errors)))
 
@@ -118,26 +114,6 @@ def test_error_of_sampled_contacts_is_the_scatter_of_their_mean() -> None:
     assert remoteness(np.array([[0.5], [4.0]]), np.array([[0.0], [1.0], [2.0]])) == pytest.approx([1.0, 2.0])
 
 
-def test_a_contact_keeps_chance_and_bias_apart(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of 5 % of which 3 % are chance, 4 % are bias: a root of a sum of squares; both in units of mu."""
-
-    def contact(*arguments: object) -> SimpleNamespace:
-        return SimpleNamespace(
-            status="converged", friction_coefficient=0.05, friction_error=0.05, statistical_error=0.03,
-            film_central=1e-7, film_ratio=1.0, temperature_flash=360.0, rolling_traction=1e-4,
-        )  # fmt: skip
-
-    monkeypatch.setattr("efficiency.loss.ehl_friction.solve_contact", contact)
-    state = ContactState.of(
-        pressure_hertz=[1e9, 1e9], radius_equivalent=0.01, effective_modulus=226e9, speed_entrainment=3.0,
-        slide_to_roll=0.2,
-    )  # fmt: skip
-    found = EhlFriction("ehl", jobs=1).mu(state, oil=OIL)
-    np.testing.assert_allclose(found.upper - found.mu, 0.05 * 0.05, rtol=1e-12)
-    # two equal contacts: chance over the root of two
-    assert found.mean_error == pytest.approx(math.hypot(0.03 / math.sqrt(2.0), 0.04), rel=1e-9)
-
-
 def test_error_of_the_mean_of_draws_of_the_roughness(monkeypatch: pytest.MonkeyPatch) -> None:
     """Four draws by random numbers with common errors of grid and method, in units of their standard deviations."""
     monkeypatch.syspath_prepend(str(Path(__file__).resolve().parents[3] / "validation"))
@@ -156,13 +132,13 @@ def test_error_of_the_mean_of_draws_of_the_roughness(monkeypatch: pytest.MonkeyP
     assert error_of_mean([draw(0.2, 0.6, 1.5)]) == pytest.approx(0.2 + math.hypot(0.6, 1.5))
 
 
-def test_rolling_loss_is_the_work_on_both_surfaces(loaded: LoadedGrids) -> None:
+def test_rolling_loss_is_the_work_on_both_surfaces() -> None:
     """2 t_r F u_r at each point: 2 x 1e-3 x 100 x 2 and 2 x 2e-3 x 50 x 2."""
     one = {"radius_equivalent": 0.01, "effective_modulus": 226e9, "speed_entrainment": 2.0}
     state = ContactState.of(pressure_hertz=[1e9, 1e9], **one)
     points = LoadedPoints(state, np.array([100.0, 50.0]), np.ones(2), np.array([0, 2]), np.array([0, 0]))
     np.testing.assert_allclose(rolling_losses(points, np.array([1e-3, 2e-3]), 3), [0.4, 0.0, 0.4], rtol=1e-12)
-    result = mesh_efficiency(loaded, ConstantFriction(MU), OIL, OPERATION)
+    result = mesh_efficiency(tiny_load(), ConstantFriction(MU), OIL, OPERATION)
     assert result.power_loss_rolling == pytest.approx(result.cycle.power_loss_rolling.mean(), rel=1e-12)
     lost = (result.efficiency - result.efficiency_with_rolling) * result.power_input
     assert lost == pytest.approx(result.power_loss_rolling, rel=1e-9)
@@ -271,15 +247,12 @@ def test_solved_contacts_ask_the_formula_of_their_oil_and_keep_their_error_apart
     assert note != stand_in(EhlFriction("ehl"), OIL.model_copy(update={"name": "mine"}))[1]
 
 
-def test_a_design_file_may_state_its_own_spreads(tmp_path: Path) -> None:
-    text = data_path("designs", "fm_spiral_bevel_14x39.toml").read_text(encoding="utf-8")
-    file = tmp_path / "pair.toml"
-    file.write_text(text + "\n[uncertainty]\nroughness_rms = 0.01\ntemperature_bulk = '5 K'\n")
-    design = efficiency.load(file).design
+def test_a_design_may_state_its_own_spreads() -> None:
+    content = BEVEL.model_dump(exclude_none=True)
+    design = validate(Design, content | {"uncertainty": {"roughness_rms": 0.01, "temperature_bulk": "5 K"}})
     assert design.running(100.0, 350.0).uncertainty.roughness_rms == 0.01
-    file.write_text(text + "\n[uncertainty]\nroughness_rms = -0.1\n")
     with refuses("uncertainty.roughness_rms"):
-        efficiency.load(file)
+        validate(Design, content | {"uncertainty": {"roughness_rms": -0.1}})
     with refuses("level"):
         solve(Product(), UncertaintyInput()).uncertainty(level=1.0)
 
@@ -314,9 +287,9 @@ def test_estimated_temperature_of_the_teeth_is_uncertain_by_its_rise() -> None:
     assert bulk.sd == pytest.approx(math.hypot(12.0, 2.0))
 
 
-def test_loss_of_some_points_is_that_of_all(loaded: LoadedGrids) -> None:
+def test_loss_of_some_points_is_that_of_all() -> None:
     """mu doubled where a share of the sliding power is lost adds this share to the loss, also of a quarter of them."""
-    points = loaded_points(loaded.fine, loaded.mesh.teeth.effective_modulus, OPERATION)
+    points = loaded_points(tiny_load().fine, tiny_load().mesh.teeth.effective_modulus, OPERATION)
     power, mu = points.force * points.speed_sliding, np.full(points.force.size, MU)
     doubled = np.cumsum(power) <= 0.5 * power.sum()
     for step, close in ((1, 1e-9), (4, 0.15)):

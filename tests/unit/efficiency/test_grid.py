@@ -100,15 +100,6 @@ def test_axes_in_any_order_and_each_load_once(loads: list[float], monkeypatch: p
     assert np.isfinite(values[:, 0]).all()
     assert json.dumps(found.to_dict())
     assert found.to_frame()["status"].value_counts().to_dict() == {"converged": 8, "failed": 8}
-
-
-def test_grid_of_a_pair_is_the_single_run() -> None:
-    found = PAIR.over(MODEL, grid=GRID, torque=150.0, P=["0.05 mm"], speed=[60.0, 125.0])
-    single = GearPair(DESIGN.with_misalignment(P=5e-5), keep=True).at(MODEL, grid=GRID, torque=150.0, speed=125.0)
-    # one of many points: torque balance and bulk temperature from fewer contact points
-    assert abs(found.values()[0, 1] - single.efficiency) < 1e-5
-    assert found.results[1].errors.balance < 1e-5
-    assert found.axes == {"P": (5e-5,), "speed": (60.0, 125.0)}
     assert split_axes({"torque": "100; 200 N m", "speed": "60 rad/s"}) == ({"torque": [100.0, 200.0]}, {"speed": 60.0})
 
 
@@ -162,14 +153,9 @@ TORQUE, SPEED = np.geomspace(60.0, 300.0, 11).tolist(), np.linspace(50.0, 300.0,
 POINTS = len(TORQUE) * len(SPEED)
 
 
-@pytest.fixture(scope="module")
-def maps() -> tuple[Any, ...]:
+def test_interpolated_points_agree_with_solved_ones() -> None:
     mesh = PAIR.mesh("drive", *GRID)
-    return tuple(mesh.map(MODEL, TORQUE, SPEED, interval=True, every_point=every) for every in (False, True))
-
-
-def test_interpolated_points_agree_with_solved_ones(maps: tuple[Any, Any]) -> None:
-    few, every = maps
+    few, every = (mesh.map(MODEL, TORQUE, SPEED, interval=True, every_point=every) for every in (False, True))
     between = np.array([bool(point.interpolated) for point in few.points]).reshape(few.shape)
     assert len(every.results) == POINTS
     assert [p["interpolated"] for p in json.loads(json.dumps(few.to_dict()))["points"]] == between.ravel().tolist()
@@ -223,25 +209,21 @@ def test_a_law_of_powers_is_exact() -> None:
 
 
 @pytest.mark.parametrize(
-    ("loss", "reason"),
+    ("torques", "loss", "locked"),
     [
-        (lambda torque: 0.01 + 0.001 * np.sin(torque), lambda torque: ""),
-        (lambda torque: 0.01, lambda torque: "self_locking" if torque > 290.0 else ""),
+        (TORQUE, lambda torque: 0.01 + 0.001 * np.sin(torque), math.inf),
+        (TORQUE, lambda torque: 0.01, 290.0),
+        (TORQUE[:9], lambda torque: 0.01, math.inf),
+        ([*TORQUE, TORQUE[3]], lambda torque: 0.01, math.inf),
     ],
 )
-def test_where_interpolation_fails_every_point_is_solved(loss: Any, reason: Any) -> None:
-    solve, called = _solve(loss, reason)
-    grid = interpolated({"torque": TORQUE}, solve)
-    assert sorted(called) == TORQUE
-    assert grid.interpolation_error == 0.0
-    np.testing.assert_array_equal(grid.values()[:-1], 1.0 - np.array([loss(torque) for torque in TORQUE[:-1]]))
-
-
-@pytest.mark.parametrize("torques", [TORQUE[:9], [*TORQUE, TORQUE[3]]])
-def test_short_axes_and_repeated_values_are_solved(torques: list[float]) -> None:
-    solve, called = _solve(lambda torque: 0.01)
-    interpolated({"torque": torques}, solve)
+def test_every_point_is_solved(torques: list[float], loss: Any, locked: float) -> None:
+    """Where interpolation fails, on short axes and with repeated values."""
+    solve, called = _solve(loss, lambda torque: "self_locking" if torque > locked else "")
+    grid = interpolated({"torque": torques}, solve)
     assert sorted(called) == sorted(torques)
+    assert grid.interpolation_error == 0.0
+    np.testing.assert_array_equal(grid.values()[:-1], 1.0 - np.array([loss(torque) for torque in torques[:-1]]))
 
 
 def test_stated_error_is_three_times_the_largest_difference_between_nodes() -> None:

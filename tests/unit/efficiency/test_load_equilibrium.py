@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from samples import STEEL
 
 from efficiency.ltca import equilibrium
 from efficiency.ltca.edge_contact import EdgeSection, free_edge_compliance
 from efficiency.ltca.equilibrium import Equilibrium, EquilibriumProblem, Local, solve_equilibrium
 from efficiency.ltca.load_distribution import LocalApproach, weber_local
 from ehl.common.arrays import FloatArray
-from ehl.material import Material, effective_modulus
+from ehl.material import effective_modulus
 
 
 def solved(local: Local, *problem: object) -> Equilibrium:
@@ -146,20 +147,15 @@ def test_free_face_next_to_it_is_the_side_of_a_wedge() -> None:
     assert float(free_edge_compliance(1.0, 1e-3, 206e9, 0.3)) < 1e-6 * near
 
 
-STEEL = Material.load("steel")
 E, NU = STEEL.youngs_modulus, STEEL.poisson_ratio
 MODULUS = effective_modulus(STEEL, STEEL)
 RADIUS = 0.012
 
 
-def half_width(load: float) -> float:
-    return float(np.sqrt(8.0 * load * RADIUS / (np.pi * MODULUS)))
-
-
 @pytest.mark.parametrize("depth_ratio", [0.1, 1.0, 20.0])
 def test_local_approach_is_the_integral_of_hertz_strain(depth_ratio: float) -> None:
     load = 3e5
-    b = half_width(load)
+    b = float(np.sqrt(8.0 * load * RADIUS / (np.pi * MODULUS)))
     peak = 2.0 * load / (np.pi * b)
     z = np.linspace(0.0, depth_ratio, 100001)
     root = np.sqrt(1.0 + z**2)

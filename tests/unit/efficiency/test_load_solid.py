@@ -1,26 +1,23 @@
 """Solid teeth: polynomials, the ring of cells, the body of a member; finite elements of the tooth root."""
 
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
 from refusals import fails, refuses
+from samples import STEEL, tiny_mesh
 
-import efficiency
 from efficiency.contact.gear_flanks import Member
 from efficiency.contact.tooth_grid import ToothGrid, tooth_grid
 from efficiency.design.design import BACKUP_RATIO, BodyInput, Design, load_design
-from efficiency.ltca.ritz_solid import Orders, RitzSolid, ritz_solid, tooth_cell
-from efficiency.ltca.solid_tooth import SolidTooth, ToothBody, ring_response, solid_tooth
-from efficiency.mesh import Mesh
+from efficiency.ltca.ritz_solid import Orders, ritz_solid, tooth_cell
+from efficiency.ltca.solid_tooth import ToothBody, ring_response, solid_tooth
 from efficiency.strength.hexahedra import CORNERS_AND_EDGES, Factors, element_stiffness
 from efficiency.strength.root_mesh import Counts, _with_arc, root_mesh
 from efficiency.strength.root_stress import RootTooth, _unit_forces, root_tooth
 from ehl.common.arrays import BoolArray, FloatArray, IntArray
-from ehl.material import Material
+from ehl.common.validation import validate
 
-STEEL = Material.load("steel")
 RIM = 8e-3
 LOW = Orders(tooth=(3, 4, 6), body=(3, 3, 5))
 MODULI = dict.fromkeys(("foot", "slot", "tooth"), STEEL.youngs_modulus)
@@ -29,10 +26,6 @@ MODULI = dict.fromkeys(("foot", "slot", "tooth"), STEEL.youngs_modulus)
 @pytest.fixture(scope="module")
 def grid(design: Design) -> ToothGrid:
     return tooth_grid(design.flanks(), "gear", 15, 7)
-
-
-def cell_solid(grid: ToothGrid, held: frozenset[str], orders: Orders = LOW) -> RitzSolid:
-    return ritz_solid(tooth_cell(grid, RIM), MODULI, STEEL.poisson_ratio, held, orders)
 
 
 def test_cell_follows_the_flanks(grid: ToothGrid) -> None:
@@ -49,7 +42,8 @@ def test_cell_follows_the_flanks(grid: ToothGrid) -> None:
 
 def test_ring_is_the_assembly_of_its_cells(grid: ToothGrid) -> None:
     """Three cells closed by a turn of three pitches, assembled and solved as one system."""
-    solid, pitch, cells = cell_solid(grid, frozenset({"base"})), grid.pitch, 3
+    solid = ritz_solid(tooth_cell(grid, RIM), MODULI, STEEL.poisson_ratio, frozenset({"base"}), LOW)
+    pitch, cells = grid.pitch, 3
     count, rng = solid.count, np.random.default_rng(3)
     reading = rng.standard_normal((6, 3, count))
     reading[..., np.concatenate([solid.left, solid.right])] = 0.0
@@ -79,13 +73,10 @@ def test_ring_is_the_assembly_of_its_cells(grid: ToothGrid) -> None:
     np.testing.assert_allclose(response.ahead[1], reading @ expands[2] @ moved, atol=1e-8 * scale)
 
 
-def influence(tooth: SolidTooth) -> np.ndarray:
-    face, share = (x.ravel() for x in np.meshgrid(np.linspace(0.1, 0.9, 5) * 25.4e-3, np.linspace(0.2, 0.95, 4)))
-    return tooth.influences([(face, share * tooth.whole_depth(face), np.zeros(face.size, np.int64))])[0]
-
-
 def mean_compliance(grid: ToothGrid, rim: float = RIM, **given: object) -> float:
-    return float(influence(solid_tooth(grid, "convex", ToothBody(STEEL, rim, **given), LOW)).mean())  # type: ignore[arg-type]
+    tooth = solid_tooth(grid, "convex", ToothBody(STEEL, rim, **given), LOW)  # type: ignore[arg-type]
+    face, share = (x.ravel() for x in np.meshgrid(np.linspace(0.1, 0.9, 5) * 25.4e-3, np.linspace(0.2, 0.95, 4)))
+    return float(tooth.influences([(face, share * tooth.whole_depth(face), np.zeros(face.size, np.int64))])[0].mean())
 
 
 def test_body_and_how_it_is_held(grid: ToothGrid) -> None:
@@ -105,31 +96,27 @@ def test_member_that_nothing_holds_is_refused(grid: ToothGrid) -> None:
         solid_tooth(grid, "convex", ToothBody(STEEL, RIM, frozenset()), LOW)
 
 
-def test_default_rim_and_its_limit(design: Design, tmp_path: Path) -> None:
+def test_default_rim_and_its_limit(design: Design) -> None:
     blank = design.gear.blank
     assert BodyInput().thickness(blank) == pytest.approx(BACKUP_RATIO * (blank.mean_addendum + blank.mean_dedendum))
     slender = load_design("fh_hypoid_9x34").pinion.blank
     assert BodyInput().thickness(slender) < BACKUP_RATIO * (slender.mean_addendum + slender.mean_dedendum)
-    text = Path("data/designs/fm_spiral_bevel_14x39.toml").read_text(encoding="utf-8")
-    file = tmp_path / "design.toml"
-    file.write_text(text + '\n[pinion.body]\nrim_thickness = "12 mm"\nheld = ["base", "heel"]\n', encoding="utf-8")
-    body = load_design(file).pinion.body
+    given = {"rim_thickness": "12 mm", "held": ["base", "heel"]}
+    content = design.model_dump(exclude_none=True)
+    content["pinion"]["body"] = given
+    body = validate(Design, content).pinion.body
     assert (body.rim_thickness, body.held) == (pytest.approx(0.012), ("base", "heel"))
-    file.write_text(text + '\n[pinion.body]\nrim_thickness = "60 mm"\n', encoding="utf-8")
+    given["rim_thickness"] = "60 mm"
     with refuses("pinion.body.rim_thickness"):
-        load_design(file)
+        validate(Design, content)
 
 
 E = 2.1e11
 
 
-@pytest.fixture(scope="module")
-def mesh() -> Mesh:
-    return efficiency.load("fm_spiral_bevel_14x39").mesh(positions=4, points_per_line=9)
-
-
 @cache
-def tooth_of(mesh: Mesh, member: Member) -> RootTooth:
+def tooth_of(member: Member) -> RootTooth:
+    mesh = tiny_mesh()
     return root_tooth(mesh.bevel.flanks(), member, getattr(mesh.grids.teeth, member), mesh.pitch.module_normal)
 
 
@@ -192,15 +179,16 @@ def test_bending_of_a_bar() -> None:
 
 
 @pytest.mark.parametrize("member", ["pinion", "gear"])
-def test_unit_loads_keep_force_and_moment(mesh: Mesh, member: Member) -> None:
+def test_unit_loads_keep_force_and_moment(member: Member) -> None:
     """Consistent forces of each place of load: one newton, less what the flank is curved; shares keep the place."""
+    mesh = tiny_mesh()
     solid = getattr(mesh.grids.teeth, member)
     rim, module = solid.body.rim_thickness, mesh.pitch.module_normal
     found = root_mesh(mesh.bevel.flanks(), member, solid.grid, rim, module, Counts())
     forces = _unit_forces(found, int(solid.side)).reshape(len(found.nodes), 3, -1)
     size = np.linalg.norm(forces.sum(axis=0), axis=0)
     np.testing.assert_allclose(size, 1.0, atol=0.02)
-    tooth = tooth_of(mesh, member)
+    tooth = tooth_of(member)
     face, height = 0.4 * tooth.width, np.interp(0.4, np.linspace(0.0, 1.0, 13), tooth.levels[3])
     share = tooth.shares(np.array([face]), np.array([height]))[0]
     assert share.sum() == pytest.approx(1.0)
@@ -210,12 +198,13 @@ def test_unit_loads_keep_force_and_moment(mesh: Mesh, member: Member) -> None:
     assert share @ levels == pytest.approx(height)
 
 
-def test_stress_converges_with_the_elements(mesh: Mesh) -> None:
+def test_stress_converges_with_the_elements() -> None:
     """Fewer elements in each direction, by a third: less than 2 % of the stress under a load high on the tooth."""
+    mesh = tiny_mesh()
     given = mesh.bevel.flanks(), "pinion", mesh.grids.teeth.pinion, mesh.pitch.module_normal
     face = np.linspace(0.35, 0.65, 7)
     stresses = []
-    for tooth in (tooth_of(mesh, "pinion"), root_tooth(*given, Counts(3, 4, 2, 2, 2, 8))):
+    for tooth in (tooth_of("pinion"), root_tooth(*given, Counts(3, 4, 2, 2, 2, 8))):
         height = np.interp(face, np.linspace(0.0, 1.0, tooth.levels.shape[1]), 0.8 * tooth.levels[-1])
         load = tooth.shares(face * tooth.width, height).sum(axis=0) * 1e3
         one, two, shear = np.moveaxis(tooth.loaded[0] @ load, 2, 0)

@@ -1,11 +1,10 @@
 """Loss maps for vehicle simulation: power balance, files, losses beside the mesh, refusals."""
 
-import json
 import re
 import shutil
 import sys
 from dataclasses import replace
-from functools import cache, partialmethod
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +12,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from refusals import refuses
+from samples import BEVEL
 
 from efficiency.cli.options import MAP_FILES
 from efficiency.pair import GearPair
@@ -22,7 +22,7 @@ from efficiency.vehicle.map_files import FORMATS, VECTO_HEAD, lossy_gear
 from ehl.common.errors import ConvergenceError, InputError
 from regression.data.dataset import load_dataset
 
-DESIGN, GRID = "fm_spiral_bevel_14x39", (4, 9)
+PAIR, GRID = GearPair(BEVEL, keep=True), (4, 9)
 AXLE = SimpleAxleLosses(drag=1.5, load_share=0.005)
 RATIO = 39.0 / 14.0
 TABLE = """torque [N m],speed [rpm],torque_loss [N m]
@@ -34,26 +34,21 @@ TABLE = """torque [N m],speed [rpm],torque_loss [N m]
 
 
 @cache
-def pair() -> GearPair:
-    return GearPair(DESIGN)
-
-
-@cache
 def map_of_pair() -> LossMap:
-    return pair().loss_map("-200:200:3 N m", "100, 1500 rpm", axle=AXLE, grid=GRID)
+    return PAIR.loss_map("-200:200:3 N m", "100, 1500 rpm", axle=AXLE, grid=GRID)
 
 
 @cache
 def axle_test() -> AxleTest:
-    return pair().axle_test("tandem", torque_max="500 N m", revolutions_per_mile=150.0, axle=AXLE, grid=GRID)
+    return PAIR.axle_test("tandem", torque_max="500 N m", revolutions_per_mile=150.0, axle=AXLE, grid=GRID)
 
 
 def test_losses_are_those_of_single_runs() -> None:
     """Drive with the pinion driving, coast on the coast flanks with the gear driving; by hand from power and speed."""
     speed = 1500.0 * 2.0 * np.pi / 60.0
     at = {"torque": 200.0, "speed": speed, "grid": GRID}
-    drive = pair().at(**at)
-    coast = pair().at(side="coast", driver="gear", **at)
+    drive = PAIR.at(**at)
+    coast = PAIR.at(side="coast", driver="gear", **at)
     losses = [(run.power_loss + run.power_loss_rolling) / speed + 1.5 + 0.005 * 200.0 for run in (coast, drive)]
     found = map_of_pair().values()[1]
     # points of a map state an error of the torque balance below 1e-5 of the power
@@ -81,7 +76,7 @@ def test_fmu_is_the_map(tmp_path: Path) -> None:
     fmpy = pytest.importorskip("fmpy")
     if shutil.which("gcc") is None:
         pytest.skip("gcc is not installed")
-    found = pair().loss_map("-200:200:3 N m", "100, 1500 rpm", axle=AXLE, grid=GRID, interval=True)
+    found = PAIR.loss_map("-200:200:3 N m", "100, 1500 rpm", axle=AXLE, grid=GRID, interval=True)
     assert found.values().ravel() == pytest.approx(map_of_pair().values().ravel(), rel=1e-12)
     path = found.write_model(tmp_path / "map.fmu")
     names = ("torque_loss", "torque_loss_lower", "torque_loss_upper", "efficiency", "in_range")
@@ -168,7 +163,7 @@ def test_axle_test_closes_the_power_balance() -> None:
     row = rows[-1]
     speed = row.speed_wheel * RATIO
     assert row.torque_output == 500.0
-    run = pair().at(torque=row.torque_input, speed=speed, grid=GRID)
+    run = PAIR.at(torque=row.torque_input, speed=speed, grid=GRID)
     power = run.power_loss + run.power_loss_rolling + speed * AXLE.torque_loss(row.torque_input, speed)
     assert row.power_loss == pytest.approx(power, rel=2e-3)
     assert row.torque_input * speed == pytest.approx(row.torque_output * row.speed_wheel + row.power_loss, rel=1e-12)
@@ -208,17 +203,7 @@ def test_losses_that_do_not_cover_the_map(mixed_ehl: Any, tmp_path: Path, monkey
     monkeypatch.chdir(tmp_path)
     (tmp_path / "t.csv").write_text(TABLE)
     for command in (("loss-map", "--torque", "-1, 1 N m", "--speed", "1 rpm"), ("axle-test", "--drag", "1 N m")):
-        assert mixed_ehl(*command, DESIGN, "--axle-losses", "t.csv").code == 2
-
-
-def test_commands_print_and_write(mixed_ehl: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(GearPair, "loss_map", partialmethod(GearPair.loss_map, grid=GRID))
-    at = ("loss-map", DESIGN, "--torque=-100:100:2 N m", "--speed", "500, 900 rpm", "--drag", "2 N m")
-    outcome = mixed_ehl(*at, "--json", "--model", tmp_path / "m.vtlm", "--xlsx", tmp_path / "m.xlsx")
-    assert [point["torque"] for point in json.loads(outcome.out)["points"]] == 2 * [-100.0, 100.0]
-    assert (tmp_path / "m.vtlm").is_file()
-    sheet = pd.read_excel(tmp_path / "m.xlsx", "loss map")
-    assert sheet["speed [rpm]"][0] == pytest.approx(500.0)
+        assert mixed_ehl(*command, BEVEL.name, "--axle-losses", "t.csv").code == 2
 
 
 def test_map_and_dataset_as_xarray_and_parquet(tmp_path: Path) -> None:
@@ -227,7 +212,7 @@ def test_map_and_dataset_as_xarray_and_parquet(tmp_path: Path) -> None:
     found = map_of_pair().to_xarray()
     assert found["torque_loss"].sel(torque=200.0).values.tolist() == map_of_pair().values()[:, 2].tolist()
     assert found["torque_loss"].attrs["units"] == "N*m"
-    grid = pair().over("constant:0.05", grid=GRID, torque="100, 200 N m", speed="500 rpm, 1000 rpm")
+    grid = PAIR.over("constant:0.05", grid=GRID, torque="100, 200 N m", speed="500 rpm, 1000 rpm")
     assert (grid.to_xarray()["efficiency"].values == grid.values()).all()
     data = load_dataset("gear_fva3")
     data.to_parquet(tmp_path / "data.parquet")

@@ -6,20 +6,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from refusals import refuses
+from samples import AXLE_OIL as OIL
 from samples import BEVEL as DESIGN
-from samples import OPERATION
+from samples import OPERATION, STEEL, tiny_mesh
 
-import efficiency
 from efficiency.contact.mesh_surface import undirected
-from efficiency.design.design import Design
+from efficiency.design.design import Design, load_design
 from efficiency.loss import lubrication
 from efficiency.loss.kinematics import LoadedPoints, Operation
 from efficiency.pair import GearPair
 from ehl.common.validation import validate
-from ehl.fluid.oil import Oil
 from ehl.inputs import ContactProblem, ModelInput, SurfaceInput
 from ehl.line_contact import LineContact
-from ehl.material import Material
 from ehl.rough.dry_limit import flash_of_rubbing
 from ehl.solve import solve_contact
 from ehl.state import ContactState
@@ -28,9 +26,8 @@ from ehl.uncertainty.result import score_of
 from regression.friction.conditions import conditions_of
 from regression.friction.models import ConstantFriction
 
-STEEL = Material.load("steel")
 BODIES = (STEEL, STEEL)
-OIL = Oil.load("75w90")
+HYPOID = load_design("fm_hypoid_13x42")
 MOTIONS = [(1e9, 5.0, 0.5, 5.0), (1.8e9, 2.0, 0.3, 0.0), (1e9, 20.0, 1.0, 10.0)]
 
 
@@ -137,7 +134,7 @@ def test_a_loss_that_runs_away_ends_at_the_hottest_oil() -> None:
 
 @pytest.mark.parametrize("friction", ["constant:0.05", "75w90", "ehl:smooth"])
 def test_teeth_are_warm_by_default_and_as_the_oil_on_request(friction: str) -> None:
-    loaded = GearPair(DESIGN).mesh("drive", 4, 9).load(100.0)
+    loaded = tiny_mesh().load(100.0)
     warm, cold = (loaded.efficiency(friction, bulk=bulk) for bulk in (None, "oil"))
     assert cold.conditions.temperature_bulk_pinion == cold.conditions.temperature
     rise = warm.conditions.temperature_bulk_pinion - warm.conditions.temperature
@@ -150,7 +147,7 @@ def test_teeth_are_warm_by_default_and_as_the_oil_on_request(friction: str) -> N
 
 
 def test_a_bulk_temperature_at_the_end_of_the_oil_laws_has_a_note() -> None:
-    loaded = GearPair(DESIGN).mesh("drive", 4, 9).load(100.0)
+    loaded = tiny_mesh().load(100.0)
     hot, cold = (loaded.efficiency("constant:0.05", temperature=473.0, bulk=bulk) for bulk in (None, "oil"))
     assert hot.conditions.temperature_bulk_pinion == pytest.approx(473.15, abs=0.1)
     assert len(set(hot.notes) - set(cold.notes)) == 1
@@ -167,18 +164,8 @@ def test_lubrication_of_the_design_counts() -> None:
         validate(lubrication.CoolingInput, {"lubrication": "dry"})
 
 
-@pytest.fixture(scope="module")
-def pair():
-    return efficiency.load("fm_hypoid_13x42")
-
-
-@pytest.fixture(scope="module")
-def lines(pair):
-    return pair.mesh(positions=4, points_per_line=9).load().grids.fine.loaded
-
-
-def test_marks_of_a_formate_gear_are_circles_about_the_cutter(pair):
-    flank = pair.design.flanks().gear["convex"]
+def test_marks_of_a_formate_gear_are_circles_about_the_cutter():
+    flank = HYPOID.flanks().gear["convex"]
     points, found = flank.solve(np.linspace(-0.01, 0.01, 5), np.zeros(5))
     assert found.all()
     marks = flank.marks(points)
@@ -190,7 +177,8 @@ def test_marks_of_a_formate_gear_are_circles_about_the_cutter(pair):
     np.testing.assert_allclose(np.abs(np.sum(step * marks, axis=0)), 1.0, atol=1e-6)
 
 
-def test_marks_run_along_the_teeth_of_both_members(lines):
+def test_marks_run_along_the_teeth_of_both_members():
+    lines = tiny_mesh(design=HYPOID.name).load().grids.fine.loaded
     # tooth traces of mating flanks touch: seen from opposite sides, marks of both make opposite angles with the line
     off = np.degrees(undirected(lines["lay_pinion"] + lines["lay_gear"]))
     assert np.max(np.abs(off)) < 15.0
@@ -198,7 +186,7 @@ def test_marks_run_along_the_teeth_of_both_members(lines):
     assert 10.0 < np.median(np.degrees(np.abs(lines["lay_pinion"]))) < 60.0
 
 
-def test_texture_of_finishes(lines):
+def test_texture_of_finishes():
     ground = Finish.load("ground")
     rms = ground.roughness_rms.value
     both = Operation(100.0, 363.15, rms, rms, finish_pinion=ground, finish_gear=ground)
@@ -217,8 +205,8 @@ def test_texture_of_finishes(lines):
     np.testing.assert_allclose(Operation(100.0, 363.15).texture(angle, angle)[1], 1.0)
 
 
-def test_finish_in_a_design(pair):
-    content = pair.design.model_dump(exclude_unset=True)
+def test_finish_in_a_design():
+    content = HYPOID.model_dump(exclude_unset=True)
     for member in ("pinion", "gear"):
         content[member] = {k: v for k, v in content[member].items() if k not in ("roughness_rms", "finish")}
     content |= {"pinion": content["pinion"] | {"finish": "lapped", "finish_state": "new"}}
@@ -233,9 +221,9 @@ def test_finish_in_a_design(pair):
         validate(Design, content | {"gear": content["gear"] | {"finish": "polished"}})
 
 
-def test_the_range_of_the_lay_ratio_is_that_of_the_texture(pair, lines):
+def test_the_range_of_the_lay_ratio_is_that_of_the_texture():
     """Grinding marks are 3 to 9 times as long as wide: texture of both flanks, at every point of the mesh."""
-    operation = pair.design.running(100.0, 363.15)
+    operation, lines = HYPOID.running(100.0, 363.15), tiny_mesh(design=HYPOID.name).load().grids.fine.loaded
     lay = lines["lay_pinion"], lines["lay_gear"]
     texture = operation.texture(*lay)
     for side, ratio in ((-1.0, 3.0), (1.0, 9.0)):

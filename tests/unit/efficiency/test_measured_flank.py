@@ -16,8 +16,7 @@ from efficiency.contact.conjugate import read_ease_off_map
 from efficiency.contact.flank_pair import flank_pair
 from efficiency.contact.grid_flank import PointGrid
 from efficiency.contact.measured_flank import MeasuredFlank, Sizes, SmoothField, measured_flank, smooth_field
-from efficiency.cutting.flank import Flank
-from efficiency.design.design import Design, load_design
+from efficiency.design.design import load_design
 from efficiency.machine_settings.conjugate import target_relief
 from efficiency.machine_settings.correction import machine_corrections
 from efficiency.machine_settings.inputs import FlankTarget
@@ -26,18 +25,15 @@ from ehl.common.data import data_path
 from ehl.common.errors import InputError
 from ehl.common.validation import validate
 
-NAME = "fm_spiral_bevel_14x39"
+BEVEL, HOBBED = "fm_spiral_bevel_14x39", "fh_hypoid_9x34_offset_10"
+DESIGN = load_design(BEVEL)
+GEAR = DESIGN.flanks().mating("drive")[1]
 ARCSEC = np.pi / 648000.0
 
 
 @pytest.fixture(scope="module")
-def gear(design: Design) -> Flank:
-    return design.flanks().mating("drive")[1]
-
-
-@pytest.fixture(scope="module")
-def exact(gear: Flank) -> InspectionGrid:
-    return inspection_grid(gear, 9, 15, 0.04)
+def exact() -> InspectionGrid:
+    return inspection_grid(GEAR, 9, 15, 0.04)
 
 
 def points(grid: InspectionGrid, shift: NDArray[np.float64]) -> PointGrid:
@@ -47,14 +43,11 @@ def points(grid: InspectionGrid, shift: NDArray[np.float64]) -> PointGrid:
     return PointGrid("measured.csv", row.ravel(), column.ravel(), position, None, "", "")
 
 
-def measured(design: Design, gear: Flank, grid: PointGrid, uncertainty: float, nominal: bool = True) -> MeasuredFlank:
-    return measured_flank(grid, gear.side, gear.blank, design.gear.blank.hand, uncertainty, gear if nominal else None)
+def measured(grid: PointGrid, uncertainty: float, nominal: bool = True) -> MeasuredFlank:
+    return measured_flank(grid, GEAR.side, GEAR.blank, DESIGN.gear.blank.hand, uncertainty, GEAR if nominal else None)
 
 
-HOBBED = "fh_hypoid_9x34_offset_10"
-
-
-@pytest.mark.parametrize(("name", "lower"), [(NAME, 0.0), (HOBBED, 0.0), (HOBBED, 0.0002), (HOBBED, 0.005)])
+@pytest.mark.parametrize(("name", "lower"), [(BEVEL, 0.0), (HOBBED, 0.0), (HOBBED, 0.0002), (HOBBED, 0.005)])
 def test_points_without_noise_give_the_transmission_error_of_the_flank(name: str, lower: float) -> None:
     """Pinions that are undercut near the root: the measured flank goes on beyond its points at tip, toe and heel."""
     design = load_design(name)
@@ -74,23 +67,23 @@ def test_points_without_noise_give_the_transmission_error_of_the_flank(name: str
 
 
 @pytest.mark.parametrize(("member", "side"), [("pinion", "convex"), ("gear", "concave")])
-def test_a_file_of_another_flank(mixed_ehl: Any, tmp_path: Path, design: Design, member: str, side: str) -> None:
-    own = getattr(design, member).flank(side)
-    write_inspection_grid(tmp_path / "other.csv", design, member, side, inspection_grid(own, 9, 15, 0.04))  # type: ignore[arg-type]
+def test_a_file_of_another_flank(mixed_ehl: Any, tmp_path: Path, member: str, side: str) -> None:
+    own = getattr(DESIGN, member).flank(side)
+    write_inspection_grid(tmp_path / "other.csv", DESIGN, member, side, inspection_grid(own, 9, 15, 0.04))  # type: ignore[arg-type]
     path = design_file(tmp_path, 'measurement_uncertainty = "1 um"\n')
     path.write_text(path.read_text(encoding="utf-8").replace("gear.csv", "other.csv"), encoding="utf-8")
     outcome = mixed_ehl("gear", path)
     assert (outcome.code, "gear.convex.grid" in outcome.err) == (2, True)
 
 
-def test_noise_costs_less_than_three_tenths_of_an_arcsec(design: Design, gear: Flank, exact: InspectionGrid) -> None:
-    flanks = design.flanks()
+def test_noise_costs_less_than_three_tenths_of_an_arcsec(exact: InspectionGrid) -> None:
+    flanks = DESIGN.flanks()
     truth = flank_pair(flanks, "drive").transmission.peak_to_peak
     rng = np.random.default_rng(11)
     errors, inside = [], 0
     for _ in range(6):
-        flank = measured(design, gear, points(exact, 1e-6 * rng.standard_normal(exact.u.shape)), 1e-6)
-        found = flank_pair(replace(flanks, gear={**flanks.gear, gear.side: flank}), "drive").transmission
+        flank = measured(points(exact, 1e-6 * rng.standard_normal(exact.u.shape)), 1e-6)
+        found = flank_pair(replace(flanks, gear={**flanks.gear, GEAR.side: flank}), "drive").transmission
         errors.append(found.peak_to_peak - truth)
         inside += found.interval[0] <= truth <= found.interval[1]
     assert np.sqrt(np.mean(np.square(errors))) < 0.3 * ARCSEC
@@ -98,11 +91,11 @@ def test_noise_costs_less_than_three_tenths_of_an_arcsec(design: Design, gear: F
 
 
 @pytest.mark.parametrize("nominal", [True, False])
-def test_a_deviation_is_found_through_noise(design: Design, gear: Flank, exact: InspectionGrid, nominal: bool) -> None:
-    x, y = 2.0 * exact.u / gear.blank.face_width, np.linspace(-1.0, 1.0, 9)[:, None]
+def test_a_deviation_is_found_through_noise(exact: InspectionGrid, nominal: bool) -> None:
+    x, y = 2.0 * exact.u / GEAR.blank.face_width, np.linspace(-1.0, 1.0, 9)[:, None]
     shape = 1e-6 * (20.0 * x - 12.0 * y + 8.0 * x**2 + 5.0 * x * y + 2.0 * np.sin(2.0 * x))
     noise = 1e-6 * np.random.default_rng(5).standard_normal(shape.shape)
-    flank = measured(design, gear, points(exact, shape + noise), 1e-6, nominal)
+    flank = measured(points(exact, shape + noise), 1e-6, nominal)
     there, found = flank.solve(exact.u.ravel(), exact.height.ravel())
     assert found.all()
     normal, position = exact.normal.reshape(3, -1), exact.position.reshape(3, -1)
@@ -111,33 +104,31 @@ def test_a_deviation_is_found_through_noise(design: Design, gear: Flank, exact: 
     assert np.abs(error).max() < max(flank.error, 1e-6) * 1.3
 
 
-def test_scatter_beyond_the_stated_uncertainty_is_used(design: Design, gear: Flank, exact: InspectionGrid) -> None:
+def test_scatter_beyond_the_stated_uncertainty_is_used(exact: InspectionGrid) -> None:
     noise = 3e-6 * np.random.default_rng(7).standard_normal(exact.u.shape)
-    flank = measured(design, gear, points(exact, noise), 0.5e-6)
+    flank = measured(points(exact, noise), 0.5e-6)
     assert flank.scatter == pytest.approx(3e-6, rel=0.25)
-    assert measured(design, gear, points(exact, noise), 5e-6).scatter == pytest.approx(5e-6)
+    assert measured(points(exact, noise), 5e-6).scatter == pytest.approx(5e-6)
 
 
-def test_points_of_another_flank_are_refused(design: Design, gear: Flank) -> None:
-    other = design.flanks().of("gear")["concave" if gear.side == "convex" else "convex"]
+def test_points_of_another_flank_are_refused() -> None:
+    other = DESIGN.flanks().of("gear")["concave" if GEAR.side == "convex" else "convex"]
     grid = points(inspection_grid(other, 9, 15, 0.04), np.zeros((9, 15)))
     with refuses("measured.csv, row 9, column 1"):
-        measured(design, gear, grid, 1e-6)
+        measured(grid, 1e-6)
 
 
 def design_file(folder: Path, more: str) -> Path:
-    design = load_design(NAME)
-    gear = design.flanks().mating("drive")[1]
-    write_inspection_grid(folder / "gear.csv", design, "gear", gear.side, inspection_grid(gear, 9, 15, 0.04))
-    text = data_path("designs", f"{NAME}.toml").read_text(encoding="utf-8")
+    write_inspection_grid(folder / "gear.csv", DESIGN, "gear", GEAR.side, inspection_grid(GEAR, 9, 15, 0.04))
+    text = data_path("designs", f"{BEVEL}.toml").read_text(encoding="utf-8")
     path = folder / "design.toml"
-    path.write_text(text + f'\n[gear.{gear.side}]\ngrid = "gear.csv"\n{more}', encoding="utf-8")
+    path.write_text(text + f'\n[gear.{GEAR.side}]\ngrid = "gear.csv"\n{more}', encoding="utf-8")
     return path
 
 
 def test_a_design_with_measured_points_tells_the_interval(tmp_path: Path) -> None:
     pair = flank_pair(load_design(design_file(tmp_path, 'measurement_uncertainty = "1 um"\n')).flanks(), "drive")
-    truth = flank_pair(load_design(NAME).flanks(), "drive").transmission.peak_to_peak
+    truth = flank_pair(DESIGN.flanks(), "drive").transmission.peak_to_peak
     assert isinstance(pair.surface.gear, MeasuredFlank)
     assert pair.transmission.peak_to_peak == pytest.approx(truth, abs=0.3 * ARCSEC)
 
@@ -219,9 +210,6 @@ def test_stated_uncertainty_covers() -> None:
     terms = module._terms(PLACE, 0, 2)
     bent = np.array([bend(column) for column in module._terms(LINE, 0, 2).T])
     assert np.sqrt(np.mean(np.square(errors))) < 1.5 * np.sqrt(bent @ np.linalg.solve(terms.T @ terms, bent))
-
-
-BEVEL, HOBBED = "fm_spiral_bevel_14x39", "fh_hypoid_9x34_offset_10"
 
 
 def grids(folder: Path, name: str, changes: dict[str, float], noise: float = 0.0, sides: str = "both") -> list[Path]:
@@ -317,7 +305,7 @@ def test_command(tmp_path: Path, mixed_ehl: Any) -> None:
 
 
 def test_a_map_of_ease_off_is_a_target(tmp_path: Path) -> None:
-    assert len(export_ease_off(load_design(BEVEL), tmp_path)) == 2
+    assert len(export_ease_off(DESIGN, tmp_path)) == 2
     given = read_ease_off_map(tmp_path / "ease_off_drive.csv")
     assert given.error < 1e-8
     x, y = np.array([0.0, 0.5, -0.7]), np.array([0.0, -0.3, 0.6])

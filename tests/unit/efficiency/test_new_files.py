@@ -16,19 +16,16 @@ from efficiency.axle.axle_input import load_axle
 from efficiency.conditions.duty import read_duty
 from efficiency.machine_settings.inputs import load_targets
 
-READERS: dict[str, Callable[[Path], Any]] = {
-    "oil": lambda path: ehl.Oil.load(str(path)).viscosity_kinematic_40,
-    "contact": lambda path: ehl.Contact.from_file(path).contact.pressure_hertz,
-    "plan": lambda path: regression.Plan.from_file(path).sampling.size,
-    "design": lambda path: efficiency.load(path).name,
-    "targets": lambda path: load_targets(path).blank.teeth_gear,
-    "axle": lambda path: load_axle(path).name,
-    "duty": lambda path: sum(row.hours for row in read_duty(path)),
+# what the shipped file of a kind gives where it is read
+READERS: dict[str, tuple[Callable[[Path], Any], Any]] = {
+    "oil": (lambda path: ehl.Oil.load(str(path)).viscosity_kinematic_40, 220e-6),
+    "contact": (lambda path: ehl.Contact.from_file(path).contact.pressure_hertz, 1.2e9),
+    "plan": (lambda path: regression.Plan.from_file(path).sampling.size, 256),
+    "design": (lambda path: efficiency.load(path).name, "my_design"),
+    "targets": (lambda path: load_targets(path).blank.teeth_gear, 42),
+    "axle": (lambda path: load_axle(path).name, "my_axle"),
+    "duty": (lambda path: sum(row.hours for row in read_duty(path)), 1000.0),
 }
-EXPECTED = {
-    "oil": 220e-6, "contact": 1.2e9, "plan": 256, "design": "my_design", "targets": 42, "axle": "my_axle",
-    "duty": 1000.0,
-}  # fmt: skip
 
 
 @pytest.mark.parametrize("kind", READERS)
@@ -36,8 +33,8 @@ def test_files_are_read(mixed_ehl: Any, tmp_path: Path, monkeypatch: pytest.Monk
     monkeypatch.chdir(tmp_path)
     assert mixed_ehl("new", kind).code == 0
     [file] = tmp_path.iterdir()
-    expected = EXPECTED[kind]
-    assert READERS[kind](file) == (expected if isinstance(expected, str) else pytest.approx(expected))
+    read, expected = READERS[kind]
+    assert read(file) == (expected if isinstance(expected, str) else pytest.approx(expected))
     text = file.read_text(encoding="utf-8")
     assert mixed_ehl("new", kind).code == 2
     assert file.read_text(encoding="utf-8") == text

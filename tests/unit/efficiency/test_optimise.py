@@ -22,7 +22,7 @@ from efficiency.optimisation import optimise as search
 from efficiency.optimisation.check import Correction
 from efficiency.optimisation.evaluation import Evaluation, EvaluationTask, evaluate, evaluate_all, settings_of
 from efficiency.optimisation.optimise import load_start, make_problem, optimise
-from efficiency.optimisation.problem import as_made, box_states, checked_limits, start_value, with_values
+from efficiency.optimisation.problem import SearchProblem, as_made, box_states, checked_limits, start_value, with_values
 from efficiency.optimisation.result import Candidate, Optimisation, non_dominated, spread_out
 from efficiency.optimisation.surrogate import Processes, first_points, next_points, weights_of
 from efficiency.pair import GearPair
@@ -39,12 +39,14 @@ PROBLEM: dict[str, Any] = {"objectives": ["power_loss", "pressure_hertz_max"], "
 PROBLEM |= {"misalignment": {}, "friction": "constant:0.05"}
 RUN = PROBLEM | {"evaluations": 7, "jobs": 1, "batch": 2, "check": 1}
 SMALL = (4, 9)
+START = load_targets(PAIR)
 SIX = dict.fromkeys(("crowning_toe", "crowning_heel", "relief_root", "relief_tip", "twist"), "2 um")
 
 
-@pytest.fixture(scope="module")
-def start() -> SettingsInput:
-    return load_targets(PAIR)
+def problem_of(start: SettingsInput = START, **change: Any) -> SearchProblem:
+    """The problem of a search, with other arguments."""
+    rest = {"duty": None, "tolerance": None, "over": "mean", "flanks": "drive", "oil": None}
+    return make_problem(start, **(PROBLEM | {"variables": BOUNDS} | rest | change))
 
 
 @pytest.fixture(scope="module")
@@ -71,9 +73,9 @@ def values(result: Optimisation) -> list[str]:
     return [repr((e.key, e.variables, e.figures, e.reason)) for e in result.evaluations]
 
 
-def test_the_gain_is_split_by_kind_of_variable(start: SettingsInput) -> None:
+def test_the_gain_is_split_by_kind_of_variable() -> None:
     names = dict.fromkeys(("lengthwise_crowning", "profile_crowning", "bias")) | {"tip_relief": "10:50 um"}
-    problem = make_problem(start, **(_arguments() | {"variables": names, "flanks": "drive"}))
+    problem = problem_of(variables=names)
     first = problem.start_values
     last = first | {"lengthwise_crowning": 60e-6, "bias": 0.2, "tip_relief": 30e-6}
 
@@ -104,12 +106,12 @@ def test_front_is_within_the_limits_and_nothing_beats_it(found: Optimisation) ->
     assert list(front[:, 0]) == sorted(front[:, 0])
 
 
-def test_a_point_is_what_its_parts_give(found: Optimisation, start: SettingsInput) -> None:
+def test_a_point_is_what_its_parts_give(found: Optimisation) -> None:
     point = found.evaluations[1]
-    inputs = with_values(start, point.variables, "drive")
+    inputs = with_values(START, point.variables, "drive")
     assert inputs.targets.drive.crowning_toe == inputs.targets.drive.crowning_heel
-    assert inputs.targets.coast == start.targets.coast
-    one, other = (efficiency.settings(each, transmission=False).design for each in (start, inputs))
+    assert inputs.targets.coast == START.targets.coast
+    one, other = (efficiency.settings(each, transmission=False).design for each in (START, inputs))
     pair = GearPair(one).sharing_bodies(other)
     result = pair.at("constant:0.05", grid=SMALL, many=True, oil="75w90", driver="pinion")
     assert point.figures["power_loss"] == pytest.approx(result.power_loss, rel=1e-12)
@@ -127,7 +129,7 @@ def test_a_killed_search_ends_with_the_same_front(found: Optimisation, folder: P
     assert values(again) == values(found)
     assert [c.exact.figures for c in again.candidates] == [c.exact.figures for c in found.candidates]
     # another problem takes nothing from it
-    other = make_problem(start=found.problem.start, **{**_arguments(), "friction": "constant:0.06"})
+    other = problem_of(friction="constant:0.06")
     key = EvaluationTask(other, found.evaluations[1].variables, other.states, SMALL).key
     assert key not in {json.loads(x)["key"] for x in lines[1:]}
 
@@ -195,7 +197,7 @@ def test_the_rest_of_a_search_knows_the_checked_points(
         assert seen[1](best).figures[name] == pytest.approx(1.1 * best.figures[name])
 
 
-def test_workers_give_the_same_points_and_lose_one_at_most(found: Optimisation, start: SettingsInput) -> None:
+def test_workers_give_the_same_points_and_lose_one_at_most(found: Optimisation) -> None:
     tasks = [EvaluationTask(found.problem, e.variables, found.search_states, SMALL) for e in found.evaluations[1:3]]
     bodies = settings_of(found.problem, {}).design.model_dump_json()
     tasks = [replace(task, bodies=bodies) for task in tasks]
@@ -213,11 +215,6 @@ def test_workers_give_the_same_points_and_lose_one_at_most(found: Optimisation, 
     first, second = evaluate_all(tasks, crashes, Journal(None))
     assert first.reason.startswith("worker_lost")
     assert second.figures == {"power_loss": 1.0}
-
-
-def _arguments() -> dict[str, Any]:
-    rest = {"duty": None, "tolerance": None, "over": "mean", "flanks": "drive", "oil": None}
-    return PROBLEM | {"variables": BOUNDS} | rest
 
 
 def test_a_gain_inside_its_interval_is_called_so(found: Optimisation) -> None:
@@ -255,9 +252,9 @@ def test_a_gain_inside_its_interval_is_called_so(found: Optimisation) -> None:
         ({"flanks": "coast"}, "carry load"),
     ],
 )
-def test_what_cannot_be_used_is_told(start: SettingsInput, change: dict[str, Any], words: str) -> None:
+def test_what_cannot_be_used_is_told(change: dict[str, Any], words: str) -> None:
     with pytest.raises(InputError, match=words):
-        make_problem(start, **(_arguments() | change))
+        problem_of(**change)
 
 
 def test_missing_figures(monkeypatch: pytest.MonkeyPatch, found: Optimisation, mixed_ehl: Any, tmp_path: Path) -> None:
@@ -269,7 +266,7 @@ def test_missing_figures(monkeypatch: pytest.MonkeyPatch, found: Optimisation, m
     with pytest.raises(InputError, match="pressure_hertz_max"):
         search._with_data(found.problem, pair, bare, default=False)
     # a point that lost its root
-    problem = make_problem(found.problem.start, **(_arguments() | {"limits": {"root_stress_gear": "start"}}))
+    problem = problem_of(limits={"root_stress_gear": "start"})
     task = EvaluationTask(problem, found.evaluations[1].variables, ({},), SMALL)
     assert evaluate(task).reason.startswith("no_data: no root_stress_gear")
 
@@ -332,9 +329,9 @@ def test_a_pair_as_made_has_the_errors_and_settings_of_its_own(found: Optimisati
         assert both.figures[name] == pytest.approx(worst([alone.figures[name], shifted.figures[name]]), rel=1e-9)
 
 
-def test_default_bounds_hold_the_start(start: SettingsInput) -> None:
-    for targets in (start, load_targets(f"{PAIR}_relieved")):
-        problem = make_problem(targets, **(_arguments() | {"variables": None}))
+def test_default_bounds_hold_the_start() -> None:
+    for targets in (START, load_targets(f"{PAIR}_relieved")):
+        problem = problem_of(targets, variables=None)
         for variable in problem.variables:
             assert variable.low < problem.start_values[variable.name] < variable.high
     assert {v.name for v in problem.variables} >= {"tip_relief", "end_relief"}
@@ -362,10 +359,7 @@ def test_targets_are_written_as_they_are_read(name: str) -> None:
 def test_the_blank_follows_its_variables(name: str) -> None:
     targets = load_targets(name)
     offset = ["hypoid_offset"] if targets.blank.hypoid_offset > 0.0 else []
-    problem, fixed = (
-        make_problem(targets, **(_arguments() | {"variables": ["blank", *more], "flanks": "drive"}))
-        for more in (offset, [])
-    )
+    problem, fixed = (problem_of(targets, variables=["blank", *more]) for more in (offset, []))
     names = [v.name for v in problem.variables]
     # the package is fixed unless its variable is named
     assert "hypoid_offset" not in [v.name for v in fixed.variables]
@@ -387,8 +381,7 @@ def test_the_blank_follows_its_variables(name: str) -> None:
 
 def test_a_point_with_another_blank_has_bodies_of_its_own() -> None:
     variables = {"pressure_angle_drive": "18:22 deg", "lengthwise_crowning": "35:45 um"}
-    arguments = _arguments() | {"variables": variables, "objectives": ["power_loss"], "limits": {}}
-    problem = make_problem(load_targets(PAIR), **arguments)
+    problem = problem_of(variables=variables, objectives=["power_loss"], limits={})
     task = replace(search.search_task(problem, settings_of(problem, {})), grid=SMALL)
     assert not task.bodies
     values = {"pressure_angle_drive": math.radians(22.0), "lengthwise_crowning": 40e-6}

@@ -14,17 +14,14 @@ import pandas as pd
 import pytest
 from matplotlib.figure import Figure
 from pages import read_page
+from samples import BEVEL, tiny_mesh
 
 from efficiency.conditions.grid import Grid
 from efficiency.design.design import Design, load_design
 from efficiency.geometry import pair_geometry as geometry_module
 from efficiency.geometry.pair_geometry import PairGeometry, pair_geometry
-from efficiency.loss.compare import Comparison, compare_models
-from efficiency.loss.efficiency import mesh_efficiency
+from efficiency.loss.compare import Comparison
 from efficiency.loss.efficiency_result import EfficiencyResult
-from efficiency.loss.kinematics import Operation
-from efficiency.ltca.mesh_grids import load_grids
-from efficiency.mesh import Mesh
 from efficiency.output import comparison_report as report
 from efficiency.output.files import inspection_grid, write_inspection_grid
 from efficiency.output.flank_map import FlankMap
@@ -35,43 +32,31 @@ from efficiency.output.plots_load import map_figures
 from efficiency.output.tables import efficiency_grids
 from ehl.common.errors import ConvergenceError
 from ehl.common.figures import figure_of
-from ehl.fluid.oil import Oil
 from regression.formula import friction_model
 
-OIL = Oil.load("75w90")
 TORQUES, SPEEDS, TEMPERATURES = (60.0, 150.0, 300.0), (60.0, 120.0, 240.0), (333.15, 363.15)
-MODEL, OPERATION = friction_model("xu_kahraman_2007"), Operation(125.0, 363.15, 0.4e-6, 0.3e-6)
+MODEL = friction_model("xu_kahraman_2007")
 ROUGH = {"roughness_rms_pinion": 0.4e-6, "roughness_rms_gear": 0.3e-6}
-Meshed = tuple[Design, Any]
 
 
 @pytest.fixture(scope="module")
-def geared() -> Meshed:
-    design = load_design("fm_spiral_bevel_14x39")
-    return design, Mesh.of(design, "drive", 6, 9, keep=True)
+def result() -> EfficiencyResult:
+    return tiny_mesh().load(300.0).efficiency(MODEL, load_balance="frictionless", **ROUGH)
 
 
 @pytest.fixture(scope="module")
-def result(geared: Meshed) -> EfficiencyResult:
-    loaded = geared[1].load(300.0)
-    found = mesh_efficiency(loaded.grids, MODEL, OIL, OPERATION)
-    return replace(found, case=replace(found.case, mesh=loaded))
+def flank(result: EfficiencyResult) -> FlankMap:
+    return FlankMap.of(BEVEL.flanks(), result)
 
 
 @pytest.fixture(scope="module")
-def flank(geared: Meshed, result: EfficiencyResult) -> FlankMap:
-    return FlankMap.of(geared[0].flanks(), result)
+def grid() -> Grid:
+    return tiny_mesh().map(MODEL, TORQUES, SPEEDS, TEMPERATURES, **ROUGH)
 
 
 @pytest.fixture(scope="module")
-def grid(geared: Meshed) -> Grid:
-    return geared[1].map(MODEL, TORQUES, SPEEDS, TEMPERATURES, **ROUGH)
-
-
-@pytest.fixture(scope="module")
-def comparison(geared: Meshed) -> Comparison:
-    models = [friction_model("constant:0.05"), MODEL]
-    return compare_models(load_grids(geared[1].grids, 300.0), models, OIL, OPERATION, geared[1].pitch, "frictional")
+def comparison() -> Comparison:
+    return tiny_mesh().load(300.0).compare([friction_model("constant:0.05"), MODEL])
 
 
 def require_units(figure: Figure) -> None:
@@ -116,8 +101,8 @@ def test_every_axis_has_its_unit(flank: FlankMap, result: EfficiencyResult, grid
     np.testing.assert_allclose(np.asarray(shown).sum(), 100.0)
 
 
-def test_another_oil_and_what_lies_outside_the_range_are_said(geared: Meshed) -> None:
-    grid = geared[1].map(friction_model("75w90"), [300.0], [0.5, 125.0], [363.15], **ROUGH, oil="fva3")
+def test_another_oil_and_what_lies_outside_the_range_are_said() -> None:
+    grid = tiny_mesh().map(friction_model("75w90"), [300.0], [0.5, 125.0], [363.15], **ROUGH, oil="fva3")
     shares = [point.outside_range_share for point in grid.results]
     assert shares[0] > shares[1]
     [table] = efficiency_grids(grid)
@@ -184,13 +169,9 @@ def test_rating_sheet_of_a_design(mixed_ehl: Any, tmp_path: Path) -> None:
     rated = json.loads(outcome.out)
     assert rated["inputs"]["torque"] == 200.0
     assert min(rated[side]["safety_root"][member] for side in ("drive", "coast") for member in (0, 1)) > 1.0
-    load = ("--load-from", "load.csv", "--uncertainty")
-    for arguments in (("--rating", "--side", "coast"), ("--rating", "--E", "0.1 mm"), ("--spectrum", "duty.csv"), load):
-        assert mixed_ehl("gear", "fh_hypoid_9x34", *arguments).code == 2
 
 
 EXAMPLE = Path(__file__).resolve().parents[3] / "docs" / "examples" / "gear_geometry.sh"
-PAIR = "fm_spiral_bevel_14x39"
 
 
 @pytest.fixture(scope="module")
@@ -300,6 +281,6 @@ def test_example_commands_run(mixed_ehl: Any, tmp_path: Path, monkeypatch: pytes
 
 
 def test_geometry_on_the_command_line(mixed_ehl: Any) -> None:
-    outcome = mixed_ehl("geometry", PAIR, "--json", "--side", "coast", "--marking", "8 um")
+    outcome = mixed_ehl("geometry", BEVEL.name, "--json", "--side", "coast", "--marking", "8 um")
     result = json.loads(outcome.out)
     assert (result["marking"], list(result["sides"])) == (pytest.approx(8e-6), ["coast"])

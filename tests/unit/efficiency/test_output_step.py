@@ -16,18 +16,6 @@ from efficiency.output.step import in_mesh, read_step, shape_volume, write_step
 DESIGN = "fm_spiral_bevel_14x39"
 
 
-def faces_of(shape: Any) -> list[Any]:
-    from OCP.TopAbs import TopAbs_FACE
-    from OCP.TopExp import TopExp_Explorer
-    from OCP.TopoDS import TopoDS
-
-    explorer, found = TopExp_Explorer(shape, TopAbs_FACE), []
-    while explorer.More():
-        found.append(TopoDS.Face_s(explorer.Current()))
-        explorer.Next()
-    return found
-
-
 def distance(face: Any, point: Any) -> float:
     """From a point [m] to a face, in m."""
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeVertex
@@ -41,7 +29,9 @@ def distance(face: Any, point: Any) -> float:
 def test_step_of_a_member_is_read_back(tmp_path: Path) -> None:
     pytest.importorskip("OCP.TColgp", reason="extra cad")
     from OCP.BRepCheck import BRepCheck_Analyzer
-    from OCP.TopAbs import TopAbs_SOLID
+    from OCP.TopAbs import TopAbs_FACE, TopAbs_SOLID
+    from OCP.TopExp import TopExp_Explorer
+    from OCP.TopoDS import TopoDS
 
     flanks = load_design(DESIGN).flanks()
     grid = tooth_grid(flanks, "pinion", 15, 31)
@@ -54,7 +44,10 @@ def test_step_of_a_member_is_read_back(tmp_path: Path) -> None:
 
     # 100 points of each flank between those of the grid, from the cutting simulation itself
     draw = np.random.default_rng(7)
-    faces = faces_of(shape)
+    explorer, faces = TopExp_Explorer(shape, TopAbs_FACE), []
+    while explorer.More():
+        faces.append(TopoDS.Face_s(explorer.Current()))
+        explorer.Next()
     for side, azimuth in zip(grid.sides, (grid.lower, grid.upper), strict=True):
         flank = flanks.of("pinion")[side]
         middle = flank.solve(grid.u[10, 15:16], grid.height[10, 15:16])[0]

@@ -1,6 +1,5 @@
 """Targets files, wanted ease-off, crowning and relief sized for a torque, the command `settings`."""
 
-import json
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -20,6 +19,7 @@ from ehl.common.errors import InputError
 from ehl.common.validation import validate
 
 TEXT = data_path("targets", "fh_hypoid_9x34.toml").read_text(encoding="utf-8")
+OWN = validate(SettingsInput, tomllib.loads(efficiency.new_file("targets", "own")))
 
 
 def changed(**cutting: Any) -> SettingsInput:
@@ -79,14 +79,6 @@ def test_wanted_transmission_error_is_reached() -> None:
     assert result.convex.transmission is None
 
 
-def test_command_writes_a_design_that_loads(mixed_ehl: Any, tmp_path: Path) -> None:
-    targets, design = tmp_path / "targets.toml", tmp_path / "made" / "design.toml"
-    targets.write_text(TEXT.replace('pinion = "both_flanks"', 'pinion = "each_flank"'), encoding="utf-8")
-    outcome = mixed_ehl("settings", targets, "-o", design, "--json")
-    assert json.loads(outcome.out)["concave"]["residual_rms"] < 1e-6
-    assert load_design(design).name == "fh_hypoid_9x34"
-
-
 def test_a_pointed_tooth_is_no_result(mixed_ehl: Any, tmp_path: Path) -> None:
     text = data_path("targets", "fh_hypoid_9x34_offset_10.toml").read_text(encoding="utf-8")
     # depth and thickness that the pair with the larger offset has
@@ -131,64 +123,51 @@ def test_residual_above_the_limit_is_exit_code_1(mixed_ehl: Any, tmp_path: Path)
     assert mixed_ehl("settings", targets).code == 1
 
 
-def targets() -> SettingsInput:
-    return validate(SettingsInput, tomllib.loads(efficiency.new_file("targets", "own")))
-
-
 def test_edges_of_a_template_carry_next_to_nothing_on_both_flanks() -> None:
     """In the aligned pair the load on the edges is that of the sizing, and the load is central."""
-    start = targets()
-    found = sized_for_load(start, misalignment={"P": "0.05 mm", "E": "0 mm", "G": "0 mm"})
+    found = sized_for_load(OWN, misalignment={"P": "0.05 mm", "E": "0 mm", "G": "0 mm"})
     assert found.shares[-1] < EDGE_LIMIT < found.shares[0]
     pair = efficiency.GearPair(efficiency.settings(found.targets).design)
     for side in ("drive", "coast"):
-        loaded = pair.mesh(side, 12, 21).load(start.operation.torque)
+        loaded = pair.mesh(side, 12, 21).load(OWN.operation.torque)
         assert loaded.efficiency("constant:0.05").edges.load_share < EDGE_LIMIT
         assert found.sides[side].worst < EDGE_LIMIT
         assert abs(found.sides[side].centre) < 0.15
 
 
 def test_sizing_of_the_drive_side_alone() -> None:
-    start = targets()
     box = dict.fromkeys(("E", "P", "G"), "0 mm")
-    found = sized_for_load(start, misalignment=box, coast_torque="0 N m")
+    found = sized_for_load(OWN, misalignment=box, coast_torque="0 N m")
     assert list(found.sides) == ["drive"]
-    assert found.targets.targets.coast == start.targets.coast
+    assert found.targets.targets.coast == OWN.targets.coast
     for wrong in ("-5 N m", "5 mm"):
         with pytest.raises(InputError):
-            sized_for_load(start, coast_torque=wrong)
+            sized_for_load(OWN, coast_torque=wrong)
 
 
 @pytest.mark.parametrize(("name", "width"), [("E", "5 mm"), ("P", "-0.1 mm"), ("G", "1 arcmin"), ("X", "0.1 mm")])
 def test_half_widths_are_checked_as_typed(name: str, width: str) -> None:
     with pytest.raises(InputError, match=f"= '{name if name == 'X' else width}'"):
-        sized_for_load(targets(), misalignment={name: width})
+        sized_for_load(OWN, misalignment={name: width})
 
 
 def test_a_search_starts_from_the_sized_pair() -> None:
     found = efficiency.optimise(
-        targets(), {"bias": "-0.2:0.2"}, misalignment={}, friction="constant:0.05", evaluations=4, check=0, sized=True
+        OWN, {"bias": "-0.2:0.2"}, misalignment={}, friction="constant:0.05", evaluations=4, check=0, sized=True
     )
     assert found.start.figures["edge_load_share"] < EDGE_LIMIT
     assert found.allowed["pressure_flank"] == found.start.figures["pressure_flank"]
 
 
-@pytest.mark.parametrize("option", ["--torque", "--coast-torque", "--E"])
-def test_options_of_the_sizing_need_it(option: str, mixed_ehl: Any) -> None:
-    outcome = mixed_ehl("settings", "fh_hypoid_9x34", option, "0.1 mm" if option == "--E" else "100 N m")
-    assert (outcome.code, option in outcome.err) == (2, True)
-
-
 def test_relief_grows_where_an_edge_carries() -> None:
-    start = targets()
     relief = {edge: {"amount": 1e-5, "length": 1e-3} for edge in ("tip", "toe", "heel")}
-    members = {name: getattr(start, name).model_validate({"edge_relief": relief}) for name in ("pinion", "gear")}
-    start = start.model_copy(update=members)
+    members = {name: getattr(OWN, name).model_validate({"edge_relief": relief}) for name in ("pinion", "gear")}
+    start = OWN.model_copy(update=members)
     shares = {"drive": {"pinion tip": 0.1, "gear heel": 0.02}, "coast": {}}
     grown = _grown(start, {side: FlankLoad((0.1,), edges, -0.2) for side, edges in shares.items()})
     assert grown.pinion.edge_relief.tip.amount > 1.5e-5
     assert grown.gear.edge_relief.heel.amount > grown.gear.edge_relief.toe.amount == 1e-5
-    assert grown.targets.drive.crowning_heel > grown.targets.drive.crowning_toe == start.targets.drive.crowning_toe
-    assert grown.targets.coast.crowning_heel == start.targets.coast.crowning_heel
+    assert grown.targets.drive.crowning_heel > grown.targets.drive.crowning_toe == OWN.targets.drive.crowning_toe
+    assert grown.targets.coast.crowning_heel == OWN.targets.coast.crowning_heel
     # the load lies towards the toe: the contact moves to the heel
     assert grown.targets.coast.contact_face > 0.0

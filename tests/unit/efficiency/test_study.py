@@ -22,12 +22,8 @@ from ehl.common.errors import ConvergenceError, InputError
 
 MODEL = "xu_kahraman_2007"
 GRID = {"grid": (4, 7)}
+DESIGNS = [load_design(name) for name in ("fh_hypoid_9x34", "fh_hypoid_9x34_offset_10")]
 LEVELS = Levels((100.0, 250.0), (100.0, 400.0), (333.15, 363.15), (2e-7, 4e-7), (5e-5,), (), (), ())
-
-
-@pytest.fixture(scope="module")
-def designs() -> list[Design]:
-    return [load_design(name) for name in ("fh_hypoid_9x34", "fh_hypoid_9x34_offset_10")]
 
 
 @pytest.fixture(scope="module")
@@ -36,26 +32,26 @@ def store(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def study(designs: list[Design], store: Path) -> Study:
-    return run_study(designs, MODEL, LEVELS, store=store, **GRID)
+def study(store: Path) -> Study:
+    return run_study(DESIGNS, MODEL, LEVELS, store=store, **GRID)
 
 
-def test_default_levels_go_round_the_design(designs: list[Design]) -> None:
-    levels = Levels.around(designs[0], speed=(3.0, 1.0, 2.0))
+def test_default_levels_go_round_the_design() -> None:
+    levels = Levels.around(DESIGNS[0], speed=(3.0, 1.0, 2.0))
     assert levels.speed == (1.0, 2.0, 3.0)
-    own = designs[0].pinion.roughness_rms
+    own = DESIGNS[0].pinion.roughness_rms
     nearest = min(levels.roughness_rms_each, key=lambda level: abs(math.log(level / own)))
-    expected = {"torque": designs[0].operation.torque, "speed": 3.0, "temperature": 363.15}
-    assert levels.reference(designs[0]) == expected | {"roughness_rms_each": nearest}
+    expected = {"torque": DESIGNS[0].operation.torque, "speed": 3.0, "temperature": 363.15}
+    assert levels.reference(DESIGNS[0]) == expected | {"roughness_rms_each": nearest}
     with pytest.raises(InputError, match="torque"):
         replace(levels, torque=())
 
 
-def test_points_are_those_of_single_computations(study: Study, designs: list[Design]) -> None:
+def test_points_are_those_of_single_computations(study: Study) -> None:
     assert len(study.points) == 2 * (2**4 + 1)
     assert study.status == "converged"
-    moved = designs[1].with_misalignment(E=5e-5)
-    one, other = (designs[0], 0.0, 100.0, 333.15, 2e-7), (moved, 5e-5, 250.0, 363.15, 4e-7)
+    moved = DESIGNS[1].with_misalignment(E=5e-5)
+    one, other = (DESIGNS[0], 0.0, 100.0, 333.15, 2e-7), (moved, 5e-5, 250.0, 363.15, 4e-7)
     for design, shift, torque, temperature, rough in (one, other):
         loaded = Mesh.of(design, "drive", *GRID["grid"], keep=True).load(torque)
         at = {"speed": 400.0, "temperature": temperature, "roughness_rms_each": rough}
@@ -69,9 +65,9 @@ def test_points_are_those_of_single_computations(study: Study, designs: list[Des
         assert found[0].film_ratio == pytest.approx(np.average(ratio, weights=weight), rel=1e-12)
 
 
-def test_film_ratio_of_smooth_flanks_is_infinite(designs: list[Design]) -> None:
+def test_film_ratio_of_smooth_flanks_is_infinite() -> None:
     smooth = replace(LEVELS, torque=(250.0,), speed=(400.0,), temperature=(363.15,), roughness_rms_each=(0.0,), E=())
-    found = run_study(designs[:1], MODEL, smooth, jobs=1, **GRID)
+    found = run_study(DESIGNS[:1], MODEL, smooth, jobs=1, **GRID)
     assert [point.film_ratio for point in found.points] == [math.inf]
     assert found.to_dict()["points"][0]["film_ratio"] is None
 
@@ -89,20 +85,20 @@ def test_sections_hold_all_else_at_the_reference(study: Study) -> None:
     assert study.varied == ["torque", "speed", "temperature", "roughness_rms_each", "E"]
 
 
-def test_a_killed_study_goes_on(study: Study, designs: list[Design], store: Path) -> None:
+def test_a_killed_study_goes_on(study: Study, store: Path) -> None:
     lines = [line for line in store.read_text(encoding="utf-8").splitlines(keepends=True) if line.strip()]
     assert len(lines) == 1 + 2 * (2 + 1)
     store.write_text("".join(lines[:-1]) + lines[-1][:40], encoding="utf-8")
     cut = json.loads(lines[-1])
-    again = run_study(designs, MODEL, LEVELS, store=store, **GRID)
+    again = run_study(DESIGNS, MODEL, LEVELS, store=store, **GRID)
     assert again.reused == len(study.points) - len(cut["points"])
 
     def numbers(one: Study) -> list[str]:
         return [repr(replace(point, seconds=0.0)) for point in one.points]
 
     assert numbers(again) == numbers(study)
-    assert run_study(designs, MODEL, LEVELS, store=store, **GRID).reused == len(study.points)
-    other = run_study(designs[:1], "constant:0.05", replace(LEVELS, E=()), store=store, **GRID)
+    assert run_study(DESIGNS, MODEL, LEVELS, store=store, **GRID).reused == len(study.points)
+    other = run_study(DESIGNS[:1], "constant:0.05", replace(LEVELS, E=()), store=store, **GRID)
     assert other.reused == 0
 
 
@@ -121,14 +117,14 @@ def test_files_hold_the_points(study: Study, tmp_path: Path) -> None:
         assert f"{100.0 * point.efficiency_lower:.2f} to {100.0 * point.efficiency_upper:.2f} %" in page.sections[0]
 
 
-def test_strength_of_each_point_where_it_is_asked_for(study: Study, designs: list[Design], store: Path) -> None:
+def test_strength_of_each_point_where_it_is_asked_for(study: Study, store: Path) -> None:
     few = Levels((100.0, 200.0), (150.0,), (353.15,), (4e-7,), (), (), (), ())
     asked = {"store": store, "strength": True, "jobs": 1, **GRID}
-    run_study(designs[:1], MODEL, few, **asked)
-    again = run_study(designs[:1], MODEL, few, **asked)
+    run_study(DESIGNS[:1], MODEL, few, **asked)
+    again = run_study(DESIGNS[:1], MODEL, few, **asked)
     assert again.reused == 2
     table = study_tables(again)[0]
-    pair = GearPair(designs[0])
+    pair = GearPair(DESIGNS[0])
     for row, torque in zip(table.records(), few.torque, strict=True):
         own = pair.mesh("drive", *GRID["grid"]).load(torque)
         expected = own.efficiency(MODEL, speed=150.0, temperature=353.15, roughness_rms_each=4e-7).strength.columns()
@@ -139,7 +135,7 @@ def test_strength_of_each_point_where_it_is_asked_for(study: Study, designs: lis
     assert study_tables(failed)[0].records()[0]["safety_contact"] is None
 
 
-def test_a_point_that_fails_is_named(designs: list[Design], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_point_that_fails_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     true = Mesh.of
 
     def refuses(design: Design, *arguments: Any) -> Any:
@@ -149,7 +145,7 @@ def test_a_point_that_fails_is_named(designs: list[Design], monkeypatch: pytest.
 
     monkeypatch.setattr(Mesh, "of", refuses)
     levels = replace(LEVELS, torque=(250.0,), speed=(400.0,), temperature=(363.15,), E=(), shaft_angle_error=(1e-3,))
-    study = run_study(designs[:1], MODEL, levels, jobs=1, **GRID)
+    study = run_study(DESIGNS[:1], MODEL, levels, jobs=1, **GRID)
     assert study.status == "failed"
     assert [(point.shaft_angle_error, point.reason) for point in study.failed] == [(1e-3, "no_contact")]
     assert section_table(study, "fh_hypoid_9x34", "shaft_angle_error").records()[1]["reason"] == "no_contact"
