@@ -46,7 +46,9 @@ class OneLineSolver(FrictionSolver):
         return out
 
 
-def setup_with(parameters: Sequence[str], **changes: object) -> CalibrationSetup:
+def setup_with(
+    parameters: Sequence[str] = ("eyring_stress", "boundary_friction"), **changes: object
+) -> CalibrationSetup:
     """Setup of a point contact, fast."""
     content = {"oil": "fva3", "specimens": {"geometry": "point"}, "model": {"accuracy": "fast"}}
     return CalibrationSetup.model_validate(content | {"parameters": list(parameters)} | changes)

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 
 import pytest
 
@@ -14,6 +15,13 @@ def refuses(field: str) -> Iterator[pytest.ExceptionInfo[InputError]]:
     with pytest.raises(InputError) as caught:
         yield caught
     assert caught.value.field == field
+
+
+def refused(outcome: Any, *fields: str) -> None:
+    """A command that ends with exit code 2 and a message of a readable length that names these fields."""
+    assert outcome.code == 2, outcome
+    assert 0 < len(outcome.err) < 5000
+    assert [field for field in fields if field not in outcome.err] == []
 
 
 @contextmanager

@@ -10,6 +10,10 @@ from regression.data.dataset import Dataset
 # the command line in a process of its own, whose networks are hardly trained: how jobs follow each other is in question
 PROGRAM = "import regression.fitting.coefficients as t; t._STEPS = (5, 5); from efficiency.cli import main; main()"
 
+# one point for the command `mu`
+POINT = {"--pressure": "1 GPa", "--radius": "12 mm", "--speed": "5 m/s", "--slide-to-roll": "0.3"}
+POINT |= {"--temperature": "80 degC", "--roughness-rms": "0.4 um"}
+
 # ranges of a spiral bevel pair in the middle of its duty, in which every published formula has a value
 GEAR_VARIABLES = """[variables]
 pressure_hertz = { low = "0.4 GPa", high = "1.6 GPa" }
@@ -21,6 +25,12 @@ roughness_rms = { low = "0.2 um", high = "0.6 um", scale = "log" }
 [lubricant]
 oil = "fva3"
 """
+
+
+def point_options(**changes: str) -> list[str]:
+    """Options of `POINT`, some of them put in place or added."""
+    options = POINT | {f"--{name.replace('_', '-')}": value for name, value in changes.items()}
+    return [part for option in options.items() for part in option]
 
 
 def gear_plan(name: str, sampling: dict[str, Any], **variables: Any) -> dict[str, Any]:

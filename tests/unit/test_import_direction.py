@@ -15,9 +15,9 @@ ROOT = Path(__file__).resolve().parents[2]
 FORBIDDEN = {"ehl": {"regression", "efficiency"}, "regression": {"efficiency"}, "efficiency": set()}
 
 
-def names_used(tree: ast.AST) -> Iterator[str]:
+def modules_imported(module: Path) -> Iterator[str]:
     """Dotted names of all imports, also inside functions, and of attributes of the packages (`ehl.view`)."""
-    for node in ast.walk(tree):
+    for node in ast.walk(ast.parse(module.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -26,10 +26,6 @@ def names_used(tree: ast.AST) -> Iterator[str]:
             yield from (f"{node.module}.{alias.name}" for alias in node.names)
         elif isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in FORBIDDEN:
             yield f"{node.value.id}.{node.attr}"
-
-
-def modules_imported(module: Path) -> Iterator[str]:
-    yield from names_used(ast.parse(module.read_text(encoding="utf-8")))
 
 
 def room(package: str, dotted: str) -> str:

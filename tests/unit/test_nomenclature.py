@@ -1,19 +1,31 @@
-"""Keys and results are in the table of quantities, constants state their basis, the field's words are in the code."""
+"""Keys and results are in the table of quantities, constants state their basis, laws and standards have references."""
 
+import ast
 import dataclasses
 import pkgutil
 import runpy
+import tomllib
 import typing
 from collections.abc import Iterator
 from pathlib import Path
+from typing import get_args
 
 import pytest
 from pydantic import BaseModel
 
+import efficiency
+import efficiency.axle.bearings
+import ehl
+from efficiency.axle.axle_input import MethodsInput
+from ehl.common.data import _sentences, data_path
 from ehl.common.quantities import quantities
+from ehl.common.references import Citation
+from ehl.fluid.lubricant import FilmConductivity
+from ehl.line_contact import moes_1992
 from regression.calibration.measurement import COLUMNS
 from regression.data.result_files import NUMBER_UNITS
 from regression.friction.conditions import UNITS
+from regression.friction.published_registry import PUBLISHED
 
 ROOT = Path(__file__).resolve().parents[2]
 NAMES = {part for name in quantities() for part in name.split(".")}
@@ -100,3 +112,95 @@ def test_words_are_found_where_it_is_computed(places: str) -> None:
     # a term may be broken over two lines of a docstring
     text = " ".join(" ".join(file.read_text(encoding="utf-8") for file in files).lower().split())
     assert [word for word in WORDS[places].split(", ") if word.lower() not in text] == []
+
+
+ENTRIES = tomllib.loads(data_path("references.toml").read_text(encoding="utf-8"))
+CITED = {use for entry in ENTRIES.values() for use in entry["uses"]}
+
+
+@pytest.mark.parametrize("name", ehl.shipped("oils"))
+def test_laws_of_oils(name):
+    oil = ehl.Oil.load(name)
+    assert oil.lubricant(353.15).references() <= CITED
+
+
+def test_published_formulas():
+    assert {use for model in PUBLISHED.values() for use in model.references()} <= CITED
+
+
+@pytest.mark.parametrize(
+    ("source", "key"),
+    [(FilmConductivity, "larsson_2000"), (moes_1992, "moes_1992"), (efficiency.axle.bearings, "skf_2013")],
+)
+def test_the_text_of_a_law_and_its_reference_agree(source, key):
+    entry, text = ENTRIES[key], " ".join(source.__doc__.split())
+    authors = entry["author"].split(" and ") if "author" in entry else []
+    for part in (*(author.split(",")[0] for author in authors), f"({entry['year']})", entry.get("volume", "")):
+        assert part in text
+
+
+def test_methods_of_axles():
+    methods = MethodsInput.model_fields.items()
+    assert {f"{kind}:{name}" for kind, field in methods for name in get_args(field.annotation)} <= CITED
+
+
+def test_a_pair_and_a_map():
+    mesh = efficiency.load("fm_spiral_bevel_14x39").mesh(positions=4, points_per_line=9)
+    constant = mesh.load("300 N m").efficiency("constant:0.05", speed="1500 rpm").citation()
+    grid = mesh.over("xu_kahraman_2007", torque="200, 300 N m", speed=["500 rpm"]).citation()
+    assert {"kolivand_2010", "iso_23509"} <= {*constant.entries}
+    assert {*grid.entries} - {*constant.entries} == {"xu_kahraman_2007"}
+
+
+def test_an_axle_and_loss_maps():
+    """They cite what their points cite, with the laws of the oil."""
+    laws = ehl.Oil.load("75w90").lubricant(353.15).references()
+    axle = efficiency.Axle("truck_hypoid", grid=(4, 9))
+    found = axle.map("100, 200 N m", "1500 rpm", "80 degC", "xu_kahraman_2007")
+    loss_map = axle.pair.loss_map("100 N m", "500 rpm", "xu_kahraman_2007", grid=(4, 9))
+    for result in (found, found.loss_map(), loss_map, axle.at("0 N m", "500 rpm", "80 degC")):
+        assert laws <= result.references()
+        result.citation()
+    assert "friction:xu_kahraman_2007" in found.loss_map().references() & loss_map.references()
+    assert {"bearings:skf", "churning:changenet_velex", "seals:linke"} <= found.loss_map().references()
+
+
+def test_text_and_bibtex():
+    found = Citation.of(CITED)
+    assert [*found.entries] == [*ENTRIES]
+    assert found.text.count("\n") + 1 == found.bibtex.count("\n@") + 1 == len(ENTRIES)
+    assert "@phdthesis{roelands_1966,\n  author = {Roelands, C. J. A.},\n" in found.bibtex
+
+
+def test_citation_and_licence_are_those_of_the_package() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8").splitlines()
+    assert f"version: {project['version']}" in citation
+    assert f"license: {project['license']}" in citation
+    [licence] = project["license-files"]
+    assert (ROOT / licence).read_text(encoding="utf-8").startswith("BSD 3-Clause License")
+
+
+RAISED = {"ConvergenceError", "NewtonFailure"}
+LISTS = {"REASONS", "Reason", "FALLBACKS", "FINAL_REASONS", "TIME_CAP", "WORKER_CRASHED"}
+
+
+def reasons() -> set[str]:
+    """Codes of errors, of the lists of reasons, and of `reason=` arguments."""
+    found: set[str] = set()
+    for path in (path for package in ("ehl", "regression", "efficiency") for path in (ROOT / package).rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            parts: list[ast.expr] = []
+            if isinstance(node, ast.Call):
+                parts = [keyword.value for keyword in node.keywords if keyword.arg == "reason"]
+                parts += node.args[:1] if getattr(node.func, "id", "") in RAISED else []
+            elif isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") in LISTS:
+                parts = [each for each in ast.walk(node.value) if isinstance(each, ast.Constant)]
+            found |= {p.value for p in parts if isinstance(p, ast.Constant) and isinstance(p.value, str)}
+    return {text.partition(":")[0] for text in found if text}
+
+
+def test_every_reason_has_a_sentence() -> None:
+    assert len(reasons()) > 50
+    assert not reasons() - _sentences().keys()
+    assert all(" " in sentence for sentence in _sentences().values())

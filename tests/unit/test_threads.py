@@ -1,7 +1,8 @@
-"""Every public computation runs with one thread of the linear algebra, and leaves the threads of its caller."""
+"""Threads of the linear algebra in every public computation; containers, clusters and settings of other programs."""
 
 import inspect
 import os
+import shutil
 import subprocess
 import sys
 from collections.abc import Callable
@@ -9,14 +10,20 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+import matplotlib as mpl
 import pytest
 from samples import contact_case
+from small_plans import sweep_plan
 from threadpoolctl import threadpool_info, threadpool_limits
 
 import efficiency
 import ehl
 import regression
-from ehl.common.runner import run_tasks
+from ehl import Oil
+from ehl.common.figures import new_figure
+from ehl.common.files import toml_text
+from ehl.common.runner import _quotas, granted_workers, run_tasks
+from ehl.common.sections import Picture
 from ehl.common.threads import one_thread, single_thread
 
 SEVERAL = 3
@@ -69,9 +76,7 @@ OTHERS = {
 
 
 @pytest.mark.parametrize("name", COMPUTATIONS)
-def test_one_thread_inside_those_of_the_caller_after(
-    name: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_one_thread_inside_those_of_the_caller_after(name, monkeypatch, tmp_path):
     make, call, inner = COMPUTATIONS[name]
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MIXED_EHL_CACHE", "off")
@@ -96,9 +101,7 @@ DECORATED = one_thread(lambda: None).__code__
 
 def decorated(function: Any) -> bool:
     """Whether a function, below what wraps it, is decorated with `one_thread`."""
-    return function is not None and (
-        function.__code__ is DECORATED or decorated(getattr(function, "__wrapped__", None))
-    )
+    return inspect.unwrap(function, stop=lambda part: part.__code__ is DECORATED).__code__ is DECORATED
 
 
 def test_every_public_computation_has_one_thread() -> None:
@@ -153,3 +156,56 @@ def test_variables_are_those_of_before() -> None:
     with single_thread():
         assert os.environ["OPENBLAS_NUM_THREADS"] == "1"
     assert dict(os.environ) == before
+
+
+TESTS = Path(__file__).parents[1]
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
+@pytest.mark.parametrize("lacks", ["SEMAPHORES=ENOSYS", "SEMAPHORES=EACCES", "LOCKS=ENOLCK"])
+def test_a_machine_without_semaphores_or_locks(lacks: str, tmp_path: Path) -> None:
+    """Without semaphores a sweep runs in one process, with a note; without locks it runs as usual, and again."""
+    library, plan, run = tmp_path / "bare.so", tmp_path / "plan.toml", tmp_path / "run"
+    subprocess.run(["cc", f"-D{lacks}", "-shared", "-fPIC", "-o", library, TESTS / "bare_machine.c"], check=True)
+    content = sweep_plan("serial", accuracy="fast")
+    del content["variables"]["roughness_rms"]  # smooth contacts: milliseconds each
+    plan.write_text(toml_text(content), encoding="utf-8")
+    program = [sys.executable, "-c", "from efficiency.cli import main; main()"]
+
+    def output(*arguments: Any) -> tuple[str, str]:
+        environment = os.environ | {"LD_PRELOAD": str(library)}
+        ended = subprocess.run([*program, *arguments], env=environment, capture_output=True, text=True)
+        assert ended.returncode == 0, ended.stderr
+        return ended.stdout, ended.stderr
+
+    told, warned = output("sweep", plan, "-o", run, "--jobs", "2")
+    assert "16 converged" in told
+    assert ("semaphores" in warned) == lacks.startswith("SEMAPHORES")
+    if lacks.startswith("LOCKS"):
+        assert "16 found on disk" in output("sweep", plan, "-o", run, "--jobs", "2")[0]
+
+
+def test_quotas_of_all_groups_count(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    own = tmp_path / "slurm" / "job"
+    own.mkdir(parents=True)
+    (tmp_path / "cpu.max").write_text("max 100000\n")
+    (tmp_path / "slurm" / "cpu.max").write_text("150000 100000\n")
+    (own / "cpu.max").write_text("50000 100000\n")
+    groups = tmp_path / "cgroup"
+    groups.write_text("1:cpu:/\n0::/slurm/job\n")
+    assert list(_quotas(groups, tmp_path)) == [1, 2]
+    assert list(_quotas(tmp_path / "none", tmp_path)) == []
+    monkeypatch.setattr("joblib.externals.loky.cpu_count", lambda: 64)
+    monkeypatch.setattr("ehl.common.runner._quotas", lambda *places: iter([8]))
+    for name, workers in (("SLURM_CPUS_ON_NODE", 7), ("SLURM_CPUS_PER_TASK", 6), ("OMP_THREAD_LIMIT", 3)):
+        monkeypatch.setenv(name, str(workers))
+        assert granted_workers() == workers
+
+
+def test_figures_do_not_depend_on_a_matplotlibrc(mixed_ehl: Any, tmp_path: Path) -> None:
+    for name, settings in (("own", {}), ("foreign", {"text.usetex": True, "font.size": 30.0, "axes.grid": True})):
+        with mpl.rc_context(settings):
+            assert mixed_ehl("oil", "75w90", "--plot", tmp_path / f"{name}.png").code == 0
+            assert Picture(lambda: new_figure(3.0 + 0.1 * mpl.rcParams["font.size"]), "").figure().get_figwidth() == 4.0
+            assert Oil.load("75w90").plot().title.get_usetex() is False
+    assert (tmp_path / "own.png").read_bytes() == (tmp_path / "foreign.png").read_bytes()

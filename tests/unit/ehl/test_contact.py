@@ -11,7 +11,7 @@ from unittest.mock import Mock
 
 import numpy as np
 import pytest
-from contacts import gear_state
+from contacts import gear_state, line_contact
 from matplotlib.figure import Figure
 from pages import read_page
 from refusals import refuses
@@ -144,11 +144,6 @@ def states(count: int) -> ContactState:
     return gear_state(**moving, **shape, roughness_rms_1=0.0, roughness_rms_2=0.0)
 
 
-def line(pressure: float = 1e9, **changes: Any) -> LineContact:
-    values = {"radius_equivalent": 0.01, "effective_modulus": 226e9, "speed_entrainment": 3.0, "slide_to_roll": 0.1}
-    return LineContact.from_pressure(pressure_hertz=pressure, **(values | changes))
-
-
 @pytest.mark.parametrize(("accuracy", "allowed"), [("reference", 1e-6), ("standard", 5e-5)])
 def test_warm_equals_cold(accuracy: Any, allowed: float) -> None:
     # the mesh is graded by the way the solution came about; its error, not the start, sets the difference
@@ -179,7 +174,7 @@ def solved(contact: LineContact, *fallbacks: str) -> ContactResult:
 @pytest.mark.usefixtures("solver")
 def test_each_starts_from_its_nearest_neighbour() -> None:
     pressures = [0.5e9, 1.6e9, 0.8e9, 1.0e9, 1.25e9]
-    path = solve_path([line(p) for p in pressures], Lubricant(0.02, 16e-9))
+    path = solve_path([line_contact(pressure_hertz=p) for p in pressures], Lubricant(0.02, 16e-9))
     assert path.values("friction_coefficient") == pytest.approx([p / 1e10 for p in pressures])
     assert path.order[0] == 3
     assert path.origin.tolist() == [2, 4, 3, -1, 3]
@@ -193,7 +188,8 @@ def test_a_start_that_leads_nowhere_is_counted_and_left_out(solver: Mock) -> Non
         return solved(contact, "neighbour_too_far") if contact.pressure_hertz < 0.9e9 else ContactResult("failed", "x")
 
     solver.side_effect = answer
-    path = solve_path([line(p) for p in (0.6e9, 0.85e9, 1.0e9, 1.2e9, 1.25e9)], Lubricant(0.02, 16e-9))
+    contacts = [line_contact(pressure_hertz=p) for p in (0.6e9, 0.85e9, 1.0e9, 1.2e9, 1.25e9)]
+    path = solve_path(contacts, Lubricant(0.02, 16e-9))
     assert path.status == ("converged",) * 5
     assert path.warm == 1
     assert path.fallbacks == 3
@@ -207,8 +203,9 @@ def test_failures_stay_alone(solver: Mock) -> None:
         return ContactResult("failed", "path_stalled") if high else solved(problem.line)
 
     solver.side_effect = answer
-    contacts = [line(0.9e9), line(2.1e9), line(speed_entrainment=-1.0), line(1.1e9), line(1.2e9, slide_to_roll=np.nan)]
-    path = solve_path(contacts, Lubricant(0.02, 16e-9))
+    changes = [{"pressure_hertz": p} for p in (0.9e9, 2.1e9, 1e9, 1.1e9, 1.2e9)]
+    changes[2], changes[4] = {"speed_entrainment": -1.0}, {"slide_to_roll": np.nan}
+    path = solve_path([line_contact(**change) for change in changes], Lubricant(0.02, 16e-9))
     assert path.status == ("converged", "failed", "failed", "converged", "failed")
     assert [result.reason for result in path.results] == ["", "path_stalled", "refused", "", "refused"]
     assert "speed_entrainment" in path.messages[2]
@@ -231,6 +228,6 @@ def test_contacts_are_contacts_and_lubricants_must_match() -> None:
         with refuses("contacts"):
             solve_path(wrong)  # type: ignore[arg-type]
     assert solve_path([], Lubricant(0.02, 16e-9)).results == ()
-    for contacts, oil in (([line(), line()], [Lubricant(0.02, 16e-9)]), ([line()], OIL)):
+    for contacts, oil in (([line_contact()] * 2, [Lubricant(0.02, 16e-9)]), ([line_contact()], OIL)):
         with refuses("lubricant"):
             solve_path(contacts, oil)

@@ -37,17 +37,6 @@ def test_sides_add_apart() -> None:
     assert (down, up) == (0.0, pytest.approx(0.4))
 
 
-def test_skewed_inputs_hold_their_share_of_random_draws() -> None:
-    """ln mu of eight inputs with quadratic responses, all skewed to the same side: 90 % within a point and a half."""
-    z, rng = score_of(0.9), np.random.default_rng(1)
-    slopes, bends = np.linspace(0.1, 0.5, 8), np.linspace(0.0, 0.08, 8)
-    ends_of = zip(-z * slopes + z * z * bends, z * slopes + z * z * bends, strict=True)
-    down, up = combined([Change(str(k), "oil", 1.0, *both) for k, both in enumerate(ends_of)])
-    draws = rng.normal(size=(200_000, 8))
-    drawn = draws @ slopes + draws**2 @ bends
-    assert np.mean((drawn > down) & (drawn < up)) == pytest.approx(0.9, abs=0.015)
-
-
 def test_largest_contribution_comes_first() -> None:
     found = uncertainty(Change("viscosity", "oil", 0.1, -0.01, 0.01), Change("boundary_film", "film", 0.1, -0.2, 0.3))
     assert [source.name for source in found.sources] == ["boundary_film", "viscosity"]
@@ -92,18 +81,6 @@ def test_own_spreads_take_the_place_of_defaults() -> None:
     assert all(UncertaintyInput.none().spread(name).known for name in GROUPS)
     with refuses("oil"):
         given.spread("eyring_stress")
-
-
-def test_a_finish_brings_its_ranges_and_its_rq_is_one_cause() -> None:
-    ground = DEFAULT.of_surface(finish="ground", finish_state="new")
-    assert ground.shared_rms
-    assert not DEFAULT.shared_rms
-    assert UncertaintyInput(same_surface=True).shared_rms
-    rms = Finish.load("ground", "new").roughness_rms
-    assert ground.spread("roughness_rms").at(rms.value, score_of(0.9)) == pytest.approx(rms.high)
-    length = Finish.load("ground", "new").correlation_length
-    assert ground.spread("correlation_length").at(length.value, score_of(0.9)) == pytest.approx(length.high)
-    assert not UncertaintyInput(same_surface=False).of_surface(finish="ground").shared_rms
 
 
 def test_stated_slopes_by_hand(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -241,19 +218,22 @@ def test_every_input_is_moved_by_its_own_spread() -> None:
 
 def test_rq_of_a_finish_is_one_cause_and_its_waves_another() -> None:
     z, problem = score_of(0.9), CONTACT.problem()
-    ground = DEFAULT.of_surface(finish="ground")
+    ground = DEFAULT.of_surface(finish="ground", finish_state="new")
     entries = {entry.name: entry for entry in uncertain_contact_inputs(problem, ground, OIL, 0.5)}
     assert not {"finish", "roughness_rms_1", "roughness_rms_2"} & set(entries)
     rough = entries["roughness_rms"].moved(problem, z).surface
-    figure = Finish.load("ground").roughness_rms
+    figure = Finish.load("ground", "new").roughness_rms
     for number in ("1", "2"):
         ratio = getattr(rough, f"roughness_rms_{number}") / getattr(problem.surface, f"roughness_rms_{number}")
         assert ratio == pytest.approx(figure.high / figure.value)
     assert rough.correlation_length == problem.surface.correlation_length
     longer = entries["correlation_length"].moved(problem, z).surface
-    length = Finish.load("ground").correlation_length
+    length = Finish.load("ground", "new").correlation_length
     assert longer.correlation_length / problem.surface.correlation_length == pytest.approx(length.high / length.value)
     assert longer.roughness_rms == problem.surface.roughness_rms
+    apart = DEFAULT, UncertaintyInput(same_surface=False).of_surface(finish="ground")
+    assert not any(spreads.shared_rms for spreads in apart)
+    assert UncertaintyInput(same_surface=True).shared_rms
 
 
 def test_lubricant_figures_are_scaled_one_by_one() -> None:

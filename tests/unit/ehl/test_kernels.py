@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from itertools import count
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import numba
 import numpy as np
@@ -239,11 +240,7 @@ def test_a_result_is_computed_once(folder: Path, monkeypatch: pytest.MonkeyPatch
     monkeypatch.setenv("MIXED_EHL_CACHE", "off")
     assert kept("results", "a", make)["call"] == 2
     monkeypatch.delenv("MIXED_EHL_CACHE")
-
-    def nowhere(kind: str, first: Path | None) -> Path:
-        raise PermissionError(kind)
-
-    monkeypatch.setattr(private_files, "user_folder", nowhere)
+    monkeypatch.setattr(private_files, "user_folder", Mock(side_effect=PermissionError))
     assert kept("results", "a", make)["call"] == 3
 
 

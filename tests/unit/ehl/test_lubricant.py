@@ -185,32 +185,18 @@ def test_a_saved_card_is_the_same_oil(name: str, tmp_path: Path) -> None:
         oil.save(tmp_path / "mine.txt")
 
 
-def test_command_writes_a_generic_card_that_solves(mixed_ehl: Any, tmp_path: Path) -> None:
+def test_command_writes_a_generic_card(mixed_ehl: Any, tmp_path: Path) -> None:
     card = tmp_path / "my_oil.toml"
-    outcome = mixed_ehl("oil", "--base", "ester", "--nu40", "97 cSt", "--nu100", "14 cSt", "-o", card)
-    assert outcome.code == 0
+    assert mixed_ehl("oil", "--base", "ester", "--nu40", "97 cSt", "--nu100", "14 cSt", "-o", card).code == 0
     oil = ehl.Oil.load(str(card))
-    assert (oil.name, oil.base) == ("my_oil", "ester")
-    contact = {**CONTACT, "temperature_oil": "90 degC", "thermal": "off"}
-    by_file, by_name = (ehl.Contact(oil=name, **contact).solve() for name in (str(card), "ester 97/14"))
-    assert by_file.status == "converged"
-    assert by_file.friction_coefficient == pytest.approx(by_name.friction_coefficient, rel=1e-9)
-
-
-def test_a_card_must_thin_with_temperature(tmp_path: Path) -> None:
-    text = data_path("oils", "minr.toml").read_text(encoding="utf-8")
-    path = tmp_path / "bad.toml"
-    for change in (("22.2 cSt", "320 cSt"), ("22.2 cSt", "0.3 cSt"), ('"mineral"', '"olive"')):
-        path.write_text(text.replace(*change), encoding="utf-8")
-        with pytest.raises(ehl.InputError):
-            ehl.Oil.load(str(path))
+    assert oil.name == "my_oil"
+    assert oil.at(363.15) == ehl.Oil.load("ester 97/14").at(363.15)
 
 
 PLAIN = {"viscosity_inlet": "10 mPa s", "pressure_viscosity": "15 1/GPa", "alpha_definition": "slope"}
 CARD = {"oil": "fva3", "temperature_oil": "100 degC"}
 TABLE = {"stress_low": "5 MPa", "stress_slope": 0.035, "pressure_start": "0.5 GPa", "pressure_end": "3.5 GPa"}
 RISING = {"eyring_stress_law": "pressure", "eyring_stress_pressure": TABLE}
-LOW_END = TABLE | {"pressure_end": "0.1 GPa"}
 CARREAU = {"rheology": "carreau", "carreau_stress": "4 MPa", "carreau_exponent": 0.5}
 SMOOTH = {"limiting_shear": "smooth", "limiting_shear_ambient": "2 MPa"}
 
@@ -263,7 +249,7 @@ def test_card_of_the_axle_oil_carries_its_published_law() -> None:
         (NUMBERS | {"eyring_stress_law": "pressure"}, "eyring_stress_pressure"),
         (CARD | {"eyring_stress_law": "pressure"}, "eyring_stress_pressure"),
         (CARD | {"eyring_stress_law": "constant"}, "eyring_stress"),
-        (NUMBERS | {"eyring_stress_pressure": LOW_END}, "eyring_stress_pressure.pressure_end"),
+        (NUMBERS | {"eyring_stress_pressure": TABLE | {"pressure_end": 1e8}}, "eyring_stress_pressure.pressure_end"),
         (NUMBERS | {"limiting_shear": "smooth", "limiting_shear_coefficient": 0.05}, "limiting_shear_ambient"),
         (NUMBERS | SMOOTH, "limiting_shear_coefficient"),
         (CARD | {"limiting_shear": "sharp"}, "limiting_shear"),

@@ -13,7 +13,7 @@ from contacts import line_contact
 from refusals import refuses
 from scipy.interpolate import PchipInterpolator
 
-from ehl.compile._kernels import factored, product, solve_factored
+from ehl.compile._kernels import factored
 from ehl.compile.compiler import KERNEL, kernel
 from ehl.contact import Contact
 from ehl.fluid._kernels import inlet_laws, log_mobility
@@ -309,25 +309,13 @@ print(Contact(pressure_hertz=1e9, radius_equivalent=15e-3, speed_entrainment=5.0
 
 
 @kernel(cache=False, **KERNEL)
-def solved(matrix, right):
-    """Solution, what is left of the right side, and whether there is one."""
-    n = right.size
-    factors, pivots, x, left = matrix.copy(), np.empty(n, np.int32), right.copy(), np.empty(n)
-    good = factored(factors, pivots)
-    if good:
-        solve_factored(factors, pivots, x)
-    product(matrix, x, left)
-    return good, x, left
+def has_factors(matrix):
+    return factored(matrix, np.empty(len(matrix), np.int32))
 
 
-def test_solution_by_the_factors_of_the_transposed_matrix():
-    rng = np.random.default_rng(0)
-    matrix, right = rng.standard_normal((31, 31)), rng.standard_normal(31)
-    good, x, left = solved(matrix, right)
-    assert good
-    np.testing.assert_allclose(x, np.linalg.solve(matrix, right), rtol=1e-9)
-    np.testing.assert_allclose(left, right, rtol=1e-9)
-    assert not solved(np.ones((5, 5)), np.ones(5))[0]
+def test_a_singular_matrix_has_no_factors():
+    assert has_factors(np.eye(5))
+    assert not has_factors(np.ones((5, 5)))
 
 
 def test_a_smooth_contact_without_compiler_is_the_same():

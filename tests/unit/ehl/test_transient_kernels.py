@@ -19,27 +19,12 @@ from ehl.fluid.density import TaitCompression
 from ehl.fluid.free_volume import McEwenPaluch
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
+from ehl.rough import exponential_sums as sums
+from ehl.rough._kernels import side_flow
 from ehl.rough._kernels.fluid import fluidity_rows, temperature_place
 from ehl.rough._kernels.quasi_separable import MODES, exponential_product, factor_and_solve
 from ehl.rough._kernels.records import Fluid, FluidityRows
-from ehl.rough._kernels.side_flow import (
-    OUTFLOW_MAX,
-    OUTFLOW_PRESSURE,
-    deflect_mean,
-    isotropic_outflow,
-    update_mean_total,
-)
 from ehl.rough._kernels.vectors import exp, log
-from ehl.rough.exponential_sums import (
-    bessel_kernel,
-    fit_log_kernel,
-    fit_root_kernel,
-    kernel_constant,
-    log_coefficients,
-    log_kernel,
-    quad_bessel,
-    range_of,
-)
 from ehl.rough.run import TransientRun
 from ehl.rough.scaling import ELASTIC_MODES, MARKS_ALONG, Units, flattening_wave_number, scaled_fluid
 
@@ -55,14 +40,14 @@ def dense(weights: np.ndarray, ratios: np.ndarray, n: int) -> np.ndarray:
 def test_log_coefficients_are_the_integral_of_the_logarithm() -> None:
     # cell around 0: 1 + ln 2; cell around 1 by exact integration of -ln s over [0.5, 1.5]
     exact = -(1.5 * math.log(1.5) - 1.5 - 0.5 * math.log(0.5) + 0.5)
-    np.testing.assert_allclose(log_coefficients(3)[:2], [1.0 + math.log(2.0), exact], rtol=1e-14)
+    np.testing.assert_allclose(sums.log_coefficients(3)[:2], [1.0 + math.log(2.0), exact], rtol=1e-14)
 
 
 @pytest.mark.parametrize("modes", [MODES, 10])
 @pytest.mark.parametrize("n", [64, 512, 4096, 32768])
 def test_fitted_log_kernel_states_its_error(n: int, modes: int) -> None:
-    table, fit = log_kernel(n, modes), fit_log_kernel(n, modes)
-    kernel = log_coefficients(n) + kernel_constant(n)
+    table, fit = sums.log_kernel(n, modes), sums.fit_log_kernel(n, modes)
+    kernel = sums.log_coefficients(n) + sums.kernel_constant(n)
     for found in (table, fit):
         deviation = np.abs(found.evaluate(np.arange(n, dtype=float)) - kernel)
         assert deviation.max() == pytest.approx(found.error)
@@ -71,12 +56,12 @@ def test_fitted_log_kernel_states_its_error(n: int, modes: int) -> None:
     assert deviation[0] < 1e-12
     # the optimum is flat: where the fit stops depends on the machine, so that the table may be a little better or worse
     assert table.error < 1.01 * fit.error
-    assert log_kernel(n, modes) is table
-    assert log_kernel(128, 7).weights.size == 7  # not of the table
+    assert sums.log_kernel(n, modes) is table
+    assert sums.log_kernel(128, 7).weights.size == 7  # not of the table
 
 
 def test_fitted_root_kernel_against_the_integral() -> None:
-    fit = fit_root_kernel(4096)
+    fit = sums.fit_root_kernel(4096)
     j = np.arange(4096, dtype=float)
     exact = 2.0 * (np.sqrt(j + 1.0) - np.sqrt(j))
     assert np.abs(fit.evaluate(j) / exact - 1.0).max() < 5e-3
@@ -88,7 +73,7 @@ def test_fitted_root_kernel_against_the_integral() -> None:
 def test_quasi_separable_solution_matches_dense(seed: int) -> None:
     rng = np.random.default_rng(seed)
     n = 50
-    fit = fit_log_kernel(64, MODES)
+    fit = sums.fit_log_kernel(64, MODES)
     weights, ratios = 0.02 * fit.weights, fit.ratios
     kind = rng.integers(0, 4, n)
     kind[rng.integers(0, n)] = 4  # at the cap: no unknown
@@ -237,12 +222,12 @@ WAVE_NUMBERS = (0.003, 0.02, 0.1, 0.3, 1.0)  # per node
 
 @kernel(cache=False, **FAST_KERNEL)  # it compiles kernels of other files in
 def update(macro, work, model):  # type: ignore[no-untyped-def]
-    update_mean_total(macro, work, model)
+    side_flow.update_mean_total(macro, work, model)
 
 
 @kernel(cache=False, **FAST_KERNEL)
 def outflow(state, macro, work, model):  # type: ignore[no-untyped-def]
-    isotropic_outflow(state, macro, work, model)
+    side_flow.isotropic_outflow(state, macro, work, model)
 
 
 def scene_of(gamma: float, correlation: float = 0.2) -> Scene:
@@ -252,9 +237,6 @@ def scene_of(gamma: float, correlation: float = 0.2) -> Scene:
 
 def run_of(gamma: float, nodes_per_half_width: float = 40.0) -> TransientRun:
     return scene_of(gamma).run(nodes_per_half_width)
-
-
-# --- kernel
 
 
 def integrated(k: float, distance: float) -> float:
@@ -269,11 +251,11 @@ def test_bessel_kernel_is_the_integral_of_k0_within_its_stated_error(k: float) -
     """The long sum is as good as the ten modes of the logarithm, the short one serves the Newton matrix."""
     distance = np.unique(np.round(np.geomspace(1.0, 11.0 / k + 2.0, 40)))
     exact = np.array([integrated(k, d) for d in distance])
-    np.testing.assert_allclose([quad_bessel(k, d) for d in distance], exact, rtol=1e-6, atol=1e-8)
+    np.testing.assert_allclose([sums.quad_bessel(k, d) for d in distance], exact, rtol=1e-6, atol=1e-8)
     own = integrated(k, 0.0)
-    assert quad_bessel(k, 0.0) == pytest.approx(own, rel=1e-10)
-    bounds = (2e-4, 0.1 if k < 0.01 else 0.02)
-    for found, modes, bound in zip(bessel_kernel(k, ELASTIC_MODES, MODES), (ELASTIC_MODES, MODES), bounds, strict=True):
+    assert sums.quad_bessel(k, 0.0) == pytest.approx(own, rel=1e-10)
+    sizes, bounds = (ELASTIC_MODES, MODES), (2e-4, 0.1 if k < 0.01 else 0.02)
+    for found, modes, bound in zip(sums.bessel_kernel(k, *sizes), sizes, bounds, strict=True):
         assert found.weights.size == found.ratios.size == modes
         assert found.evaluate(np.zeros(1))[0] == pytest.approx(own, rel=1e-12)
         deviation = np.abs(found.evaluate(distance) - exact).max()
@@ -317,32 +299,21 @@ def test_wave_number_of_the_flattening_pressure_is_that_of_the_spectrum(gamma: f
     assert flattening_wave_number(20e-6, gamma) == pytest.approx(exact / 20e-6, rel=1e-7)
 
 
-# --- mean total pressure
-
-
-def elastic_error(run: TransientRun) -> float:
-    """Largest deviation of the elastic operator of a run from the exactly integrated one, over the boundary film.
-
-    A rigid shift does not count: the approach of the bodies takes it up.
-    """
-    model = run.problem.model
-    total = run.state.fluid_pressure + run.state.contact_pressure
-    coefficients = log_coefficients(total.size) + kernel_constant(range_of(total.size))
-    reference = matmul_toeplitz(coefficients, total) * run.problem.deflection
-    difference = (run.elastic_response(total) - reference)[: model.contact.outlet]
-    return float(0.5 * np.ptp(difference)) / model.contact.boundary
-
-
 def test_a_pressure_that_is_its_own_mean_deflects_by_the_line_kernel() -> None:
     """V = K_log Q + K_e (q - Q): with q = Q the exact logarithm is left, with Q = 0 the lateral mode alone."""
     run = run_of(1.0)
+    contact = run.problem.model.contact
     pressure = np.sqrt(np.maximum(1.0 - run.problem.x**2, 0.0)) * (1.0 + 0.2 * np.cos(9.0 * run.problem.x))
     run.state.fluid_pressure[:], run.state.contact_pressure[:] = pressure, 0.0
     run.macroscopic.total[:] = pressure
-    deflect_mean(run.macroscopic, run._work, run.problem.model)
-    assert elastic_error(run) < 0.01
+    side_flow.deflect_mean(run.macroscopic, run._work, run.problem.model)
+    coefficients = sums.log_coefficients(pressure.size) + sums.kernel_constant(sums.range_of(pressure.size))
+    reference = matmul_toeplitz(coefficients, pressure) * run.problem.deflection
+    # a rigid shift does not count: the approach of the bodies takes it up
+    difference = np.ptp((run.elastic_response(pressure) - reference)[: contact.outlet])
+    assert 0.5 * difference < 0.01 * contact.boundary
     run.macroscopic.total[:] = 0.0
-    deflect_mean(run.macroscopic, run._work, run.problem.model)
+    side_flow.deflect_mean(run.macroscopic, run._work, run.problem.model)
     assert np.all(run.macroscopic.deflection == 0.0)
 
 
@@ -388,9 +359,6 @@ def test_mean_total_pressure_reaches_the_time_mean_at_constant_load(gamma: float
     np.testing.assert_allclose(macro.deflection, (long - lateral) @ macro.total, rtol=1e-8, atol=1e-9)
 
 
-# --- outflow of spots
-
-
 def outflow_of(curvature: float, height: float = 0.1, known: float = 1.0, exchange: float = 3.0) -> np.ndarray:
     """Factors under p = P + height - curvature (i - 60)^2, fluidity 3 and an exchange of 3 times the known factor."""
     run = run_of(1.0)
@@ -414,8 +382,8 @@ def test_outflow_of_a_parabolic_spot_by_hand() -> None:
     isotropic = run_of(1.0).problem.model.side_flow.isotropic
     curvature, i = 0.005, np.arange(58, 63)
     excess = 0.1 - curvature * (i - 60.0) ** 2
-    wanted = np.clip(isotropic * 2.0 * curvature / excess, 1.0, OUTFLOW_MAX)
-    assert 1.0 < wanted.min() < wanted.max() < OUTFLOW_MAX
+    wanted = np.clip(isotropic * 2.0 * curvature / excess, 1.0, side_flow.OUTFLOW_MAX)
+    assert 1.0 < wanted.min() < wanted.max() < side_flow.OUTFLOW_MAX
     found = outflow_of(curvature)
     np.testing.assert_allclose(found[i + 1], wanted, rtol=1e-10)
     np.testing.assert_allclose(outflow_of(curvature, known=2.5)[i + 1], wanted, rtol=1e-10)
@@ -423,9 +391,9 @@ def test_outflow_of_a_parabolic_spot_by_hand() -> None:
 
 def test_outflow_is_never_below_that_of_the_mean_field_and_bounded() -> None:
     assert np.all(outflow_of(-1e-3, 0.1) == 1.0)  # a spot that its neighbours feed
-    assert outflow_of(0.005, exchange=0.03)[61] == OUTFLOW_MAX
+    assert outflow_of(0.005, exchange=0.03)[61] == side_flow.OUTFLOW_MAX
     assert outflow_of(10.0, 0.5)[61] == 1.0  # a spike of one node drains no more than it is wide
-    assert np.all(outflow_of(1e-3, 0.9 * OUTFLOW_PRESSURE) == 1.0)
+    assert np.all(outflow_of(1e-3, 0.9 * side_flow.OUTFLOW_PRESSURE) == 1.0)
 
 
 @pytest.mark.parametrize(("gamma", "nodes_per_half_width"), [(1.0, 40.0), (1.0, 80.0), (3.0, 40.0)])

@@ -1,6 +1,5 @@
 """The rough contact: results, seeds, shortcuts; mesh, window, interval and work of a run."""
 
-import json
 import math
 from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
@@ -304,9 +303,6 @@ def test_a_finer_mesh_where_two_differ(change: float, budget: float, needed: boo
     assert levels.finer_needed() is needed
 
 
-EXAMPLE = Path(__file__).resolve().parents[3] / "docs" / "examples" / "contact_rough.toml"
-
-
 def case(seed: int = 1, rms: float = 0.085e-6, slide_to_roll: float = 0.05, **model: Any) -> Contact:
     """A thick film over slight roughness; film ratio 6.2 where nothing else is said."""
     contact = {"radius_equivalent": 0.01, "pressure_hertz": 0.8e9, "speed_entrainment": 3.0}
@@ -316,21 +312,6 @@ def case(seed: int = 1, rms: float = 0.085e-6, slide_to_roll: float = 0.05, **mo
         surface={"roughness_rms_1": rms, "correlation_length": 60e-6, "seed": seed},
         model={"accuracy": "fast", "thermal": "off"} | model,
     )
-
-
-def test_example_gives_all_figures_and_the_same_ones_again(mixed_ehl: Any) -> None:
-    first = json.loads(mixed_ehl("solve", EXAMPLE, "--json").out)
-    assert first["status"] == "converged"
-    for name in ("friction_asperity", "asperity_load_share", "film_ratio", "mesh_error", "statistical_error"):
-        assert first[name] > 0.0
-    assert first["friction_error"] >= math.hypot(first["mesh_error"], first["statistical_error"])
-    assert first["statistical_error"] <= 0.035
-    assert first["friction_coefficient"] == pytest.approx(first["friction_fluid"] + first["friction_asperity"])
-    assert first["asperity_load_share"] < first["roughness_load_share"]
-    # a thicker boundary film touches sooner
-    assert first["friction_boundary_half"] < first["friction_coefficient"] < first["friction_boundary_double"]
-    again = json.loads(mixed_ehl("solve", EXAMPLE, "--json").out)
-    assert first | {"seconds": 0.0} == again | {"seconds": 0.0}
 
 
 def test_roughness_left_out_of_a_thick_film_changes_no_more_than_said() -> None:

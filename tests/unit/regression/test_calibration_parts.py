@@ -3,7 +3,6 @@
 import datetime
 import math
 import os
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -25,16 +24,12 @@ from regression.calibration.measurement import Measurement
 from regression.calibration.prediction import contact_groups, hertz_point_pressure, line_pressure
 from regression.calibration.report import calibrated_card
 from regression.calibration.search import surrogate_at
-from regression.calibration.setup import CalibrationSetup, card_with, lubricant_of, start_values
+from regression.calibration.setup import card_with, lubricant_of, start_values
 from regression.friction.fitted import FittedFormula
 from regression.friction.models import FrictionFlag
 
 STEEL = 206e9 / (1.0 - 0.3**2)  # E' of the shipped steel on itself
 WARM = 353.15
-
-
-def setup_of(parameters: Sequence[str] = ("eyring_stress", "boundary_friction"), **changes: object) -> CalibrationSetup:
-    return setup_with(parameters, **changes)
 
 
 def measurement_of(load: str, values: list[float]) -> Measurement:
@@ -74,14 +69,12 @@ def test_pressure_of_an_ellipse_is_in_equilibrium_with_its_displacements(ratio: 
 
 def test_line_in_place_of_a_point() -> None:
     balls = measurement_of("pressure_hertz", [1e9, 1.2e9])
-    np.testing.assert_allclose(line_pressure(balls, setup_of()), [1e9, 1.2e9])
-    mean = line_pressure(balls, setup_of(specimens={"geometry": "point", "match": "mean_pressure"}))
+    np.testing.assert_allclose(line_pressure(balls, setup_with()), [1e9, 1.2e9])
+    mean = line_pressure(balls, setup_with(specimens={"geometry": "point", "match": "mean_pressure"}))
     # 2/3 p0 of the ball is pi/4 p0 of the line
     np.testing.assert_allclose(mean * math.pi / 4.0, [2e9 / 3.0, 2.4e9 / 3.0])
-    rollers, line = (
-        measurement_of("load", [1000.0, 2000.0]),
-        setup_of(specimens={"geometry": "line", "length": "10 mm"}),
-    )
+    rollers = measurement_of("load", [1000.0, 2000.0])
+    line = setup_with(specimens={"geometry": "line", "length": "10 mm"})
     contact = contact_groups(rollers, line)[0].contacts[1]
     assert contact.load_per_length == pytest.approx(2e5, rel=1e-12)
     assert contact.pressure_hertz == pytest.approx(line_pressure(rollers, line)[1], rel=1e-12)
@@ -153,7 +146,7 @@ def test_neighbours_that_go_together_are_found() -> None:
 
 
 def test_surrogate_is_the_solver_where_it_was_built_and_close_beside() -> None:
-    setup = setup_of(parameters=["eyring_stress", "boundary_friction", "boundary_film"])
+    setup = setup_with(parameters=["eyring_stress", "boundary_friction", "boundary_film"])
     plain = solver_of(measurement_of("pressure_hertz", [0.8e9, 1e9, 1.2e9, 1e9]), setup, 1)
     solver = OneLineSolver(plain.setup, plain.groups, plain.roughness, plain.temperature)
     values = {"eyring_stress": 5e6, "boundary_friction": 0.1, "boundary_film": 3e-8}
@@ -176,7 +169,7 @@ def test_surrogate_is_the_solver_where_it_was_built_and_close_beside() -> None:
 
 def test_card_is_written_read_and_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    setup = setup_of(parameters=["stress_low", "stress_slope", "pressure_viscosity", "boundary_friction"])
+    setup = setup_with(parameters=["stress_low", "stress_slope", "pressure_viscosity", "boundary_friction"])
     measurement = measurement_of("pressure_hertz", [1e9, 1.2e9])
     values = {"stress_low": 4e6, "stress_slope": 0.03, "pressure_viscosity": 2e-8, "boundary_friction": 0.12}
     values |= {"limiting_shear_coefficient": 0.047}

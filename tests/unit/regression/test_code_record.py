@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from contacts import gear_state
 from scipy.special import expit
+from small_plans import point_options
 
 from ehl.common.data import data_names
 from ehl.fluid.oil import Oil
@@ -107,9 +108,8 @@ def test_example_of_the_page(mixed_ehl: Callable[..., Any], tmp_path: Path) -> N
     namespace: dict[str, Any] = {}
     exec(python_text(program, "friction"), namespace)
     mu, lower, upper, flag = namespace["friction"](*given)
-    point = ("--pressure", "1.2 GPa", "--radius", "12 mm", "--speed", "5 m/s", "--slide-to-roll", "0.3")
-    point += ("--temperature", "80 degC", "--roughness-rms", "0.4 um")
-    shown = mixed_ehl("mu", "fva3_short", *point, "--correlation-length", "30 um", "--json")
+    options = point_options(pressure="1.2 GPa", correlation_length="30 um")
+    shown = mixed_ehl("mu", "fva3_short", *options, "--json")
     # the command takes E' of the steel card, the page a rounded one
     assert mu == pytest.approx(json.loads(shown.out)["friction_coefficient"], rel=1e-3)
     if shutil.which("gcc") is not None:

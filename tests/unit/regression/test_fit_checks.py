@@ -14,15 +14,8 @@ from small_plans import gear_plan, swept
 from ehl.fluid.oil import Oil
 from ehl.state import ContactState
 from regression.data.dataset import Dataset, columns, load_dataset
+from regression.fitting import cross_validation
 from regression.fitting.coefficients import fit_form
-from regression.fitting.cross_validation import (
-    HeldOut,
-    fold_numbers,
-    held_out_friction,
-    interval_factors,
-    nested_cross_validate,
-    networks_to_tune,
-)
 from regression.fitting.fit import fit_families, fit_formula
 from regression.fitting.rows import checkable_rows, computed_friction, fitted_rows, usable_rows
 from regression.formula import Formula
@@ -85,7 +78,7 @@ def test_networks_halve_the_held_out_error_and_survive_the_file(dataset, network
 
 def test_networks_of_workers(dataset: Dataset, network: FittedFormula, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("regression.fitting.fit._WORTH_WORKERS", 0.0)
-    monkeypatch.setattr("regression.fitting.cross_validation._KEPT", {})
+    monkeypatch.setattr(cross_validation, "_KEPT", {})
     again = fit_formula(rubbing_more(dataset), NETWORK, jobs=2)
     assert again.to_json() == network.to_json()
 
@@ -101,10 +94,10 @@ def test_networks_of_several_oils_are_tuned_to_each(two_oils: Dataset) -> None:
 
 def test_networks_of_other_oils_are_tuned_to_few_contacts(monkeypatch: pytest.MonkeyPatch) -> None:
     # the file of this oil does not name FVA3, so that its networks are tuned to contacts of FVA3
-    monkeypatch.setattr("regression.fitting.cross_validation.TUNED", "eaxle")
+    monkeypatch.setattr(cross_validation, "TUNED", "eaxle")
     data = load_dataset("gear_fva3_mesh")
     part = replace(data, frame=data.frame.iloc[:64].reset_index(drop=True))
-    monkeypatch.setattr("regression.fitting.cross_validation._KEPT", {})
+    monkeypatch.setattr(cross_validation, "_KEPT", {})
     tuned, rest = fit_formula(part, NETWORK), checkable_rows(data.frame.iloc[64:])
     shipped = Formula.load("eaxle")
     before, after = (np.abs(np.log(f.evaluate(columns(rest)).mu / computed_friction(rest))) for f in (shipped, tuned))
@@ -121,17 +114,15 @@ def test_networks_of_other_oils_are_tuned_to_few_contacts(monkeypatch: pytest.Mo
     assert covered.mean() > 0.8
 
 
-def test_the_interval_of_tuned_networks_does_not_depend_on_the_noise_of_their_source(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_the_interval_of_tuned_networks_does_not_depend_on_the_noise_of_their_source(monkeypatch, tmp_path):
     shipped, data = FittedFormula.load("eaxle"), load_dataset("gear_fva3_mesh")
     part = replace(data, frame=data.frame.iloc[:64].reset_index(drop=True))
     found = []
     for noise in (0.0, 0.05):
         network = shipped.network.model_copy(update={"noise": noise})
         shipped.model_copy(update={"network": network}).save(tmp_path / "source.json")
-        monkeypatch.setattr("regression.fitting.cross_validation.TUNED", str(tmp_path / "source.json"))
-        monkeypatch.setattr("regression.fitting.cross_validation._KEPT", {})
+        monkeypatch.setattr(cross_validation, "TUNED", str(tmp_path / "source.json"))
+        monkeypatch.setattr(cross_validation, "_KEPT", {})
         found.append(fit_formula(part, NETWORK))
     assert found[0].data.tuned == "source.json"
     assert found[1].network.model_dump() == found[0].network.model_dump()
@@ -140,14 +131,15 @@ def test_the_interval_of_tuned_networks_does_not_depend_on_the_noise_of_their_so
 
 def test_networks_are_not_tuned_to_what_they_contain(dataset: Dataset, monkeypatch: pytest.MonkeyPatch) -> None:
     frame = usable_rows(load_dataset("gear_fva3_mesh"), corners=False)[0]
-    assert networks_to_tune(SHORT, frame, "mine + gear_mesh") is None  # contacts of the shipped networks
-    assert networks_to_tune(SHORT, frame, "mine") is not None
+    # contacts of the shipped networks
+    assert cross_validation.networks_to_tune(SHORT, frame, "mine + gear_mesh") is None
+    assert cross_validation.networks_to_tune(SHORT, frame, "mine") is not None
     doubled = frame.assign(friction_coefficient=2.0 * frame["friction_coefficient"])
-    assert networks_to_tune(SHORT, doubled, "mine") is None
+    assert cross_validation.networks_to_tune(SHORT, doubled, "mine") is None
     without_parts, _ = usable_rows(rubbing_more(dataset), corners=False)
-    assert networks_to_tune(SHORT, without_parts, "mine") is None
-    monkeypatch.setattr("regression.fitting.cross_validation.OWN_NETWORKS", len(frame) - 1)
-    assert networks_to_tune(SHORT, frame, "mine") is None
+    assert cross_validation.networks_to_tune(SHORT, without_parts, "mine") is None
+    monkeypatch.setattr(cross_validation, "OWN_NETWORKS", len(frame) - 1)
+    assert cross_validation.networks_to_tune(SHORT, frame, "mine") is None
 
 
 def test_factors_of_the_interval_are_those_of_the_oil_of_the_formula(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -155,9 +147,9 @@ def test_factors_of_the_interval_are_those_of_the_oil_of_the_formula(monkeypatch
     rows = fitted_rows(data, formula)
     spread = np.where(rows["oil"] == "fva3", 0.01, 0.5)
     nothing = np.zeros(len(rows), dtype=bool)
-    found = HeldOut(computed_friction(rows), spread, np.zeros(len(rows), dtype=np.int64), nothing)
-    monkeypatch.setattr("regression.fitting.cross_validation.held_out_friction", lambda *given: found)
-    factors = interval_factors(data, formula)
+    found = cross_validation.HeldOut(computed_friction(rows), spread, np.zeros(len(rows), dtype=np.int64), nothing)
+    monkeypatch.setattr(cross_validation, "held_out_friction", lambda *given: found)
+    factors = cross_validation.interval_factors(data, formula)
     assert len(factors) == len(formula.interval.bands)
     for band, (middle, low, high) in zip(formula.interval.bands, factors, strict=True):
         expected = np.exp(band.log_width * np.hypot(0.01, formula.network.noise))
@@ -199,11 +191,11 @@ def test_networks_are_ranked_with_the_families(dataset: Dataset, monkeypatch: py
 
 def test_nested_choice_never_sees_its_fold(dataset: Dataset) -> None:
     frame, _ = usable_rows(dataset, corners=False)
-    mu, chosen = nested_cross_validate(list(LINEAR.values()), frame)
+    mu, chosen = cross_validation.nested_cross_validate(list(LINEAR.values()), frame)
     assert sum(chosen.values()) == 10
-    changed, first = frame.copy(), fold_numbers(frame) == 0
+    changed, first = frame.copy(), cross_validation.fold_numbers(frame) == 0
     changed.loc[first, "friction_coefficient"] *= 3.0
-    again, _ = nested_cross_validate(list(LINEAR.values()), changed)
+    again, _ = cross_validation.nested_cross_validate(list(LINEAR.values()), changed)
     np.testing.assert_array_equal(again[first], mu[first])
     assert (again[~first] != mu[~first]).any()
 
@@ -303,7 +295,7 @@ def test_errors_of_one_of_several_oils(two_oils: Dataset) -> None:
     rows, _ = usable_rows(two_oils, corners=False)
     own = (rows["oil"] == "75w90").to_numpy()
     assert one.validation.count == own.sum() < every.validation.count == len(rows)
-    held_out = held_out_friction(two_oils, one).mu
+    held_out = cross_validation.held_out_friction(two_oils, one).mu
     error = np.abs(held_out / computed_friction(rows) - 1.0)[own]
     assert one.validation.mape == pytest.approx(error.mean(), rel=1e-12)
     assert one.ranges["viscosity_inlet"][1] == pytest.approx(rows["viscosity_inlet"][own].max(), rel=0.01)

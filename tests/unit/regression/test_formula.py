@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from contacts import gear_state as state
 from refusals import refuses
+from small_plans import point_options
 
 from ehl.common.errors import InputError
 from ehl.contact import Contact
@@ -40,10 +41,6 @@ XU: dict[str, Any] = Formula.load("fva3_short").model_dump(mode="json", by_alias
 }
 FORMULA = Formula.model_validate(XU)
 BAND = {"count": 20, "log_width": 0.1}
-POINT = (
-    *("--pressure", "1 GPa", "--radius", "15 mm", "--speed", "5 m/s", "--slide-to-roll", "0.2"),
-    *("--temperature", "90 degC", "--roughness-rms", "0.4 um"),
-)
 OIL = Oil.load("fva3")
 HOT: dict[str, Any] = {"pressure_hertz": "1 GPa", "radius_equivalent": "15 mm", "speed_entrainment": "2 m/s"}
 HOT |= {"slide_to_roll": 0.4, "temperature_oil": "100 degC", "roughness_rms": "0.4 um"}
@@ -143,7 +140,7 @@ def test_an_edited_number_is_refused(tmp_path: Path, mixed_ehl: Any, name: str, 
     path.write_text(json.dumps(content))
     with refuses("edited.json.checksum"):
         Formula.load(path)
-    assert mixed_ehl("mu", path, *POINT).code == 2
+    assert mixed_ehl("mu", path, *point_options()).code == 2
 
 
 def test_interval_follows_the_band_of_the_film_ratio() -> None:
@@ -201,20 +198,17 @@ def test_points_never_fitted_are_met_as_their_table_says() -> None:
     """The errors `unseen` are those against the means over the profiles of the points of `--noise`."""
     model = friction_model("75w90")
     frame = load_dataset("gear_75w90_noise", "gear_75w90_hot_noise").frame
-    frame = frame[frame["friction_error"] <= 1.0]
-    means = frame.groupby("film_ratio_formula", sort=False)["friction_coefficient"].mean()
-    first = frame.drop_duplicates("film_ratio_formula")
-    assert 75 <= model.unseen.count == len(means) <= 80
-    error = np.abs(model.evaluate(columns(first)).mu / means.to_numpy() - 1.0)
-    assert model.unseen.mape == pytest.approx(error.mean(), rel=1e-3)
-    counts, _ = np.histogram(first["film_ratio"], [0.0, 0.5, 1.0, 2.0, np.inf])
+    frame, ratio = frame[frame["friction_error"] <= 1.0], ["film_ratio_formula"]
+    assert 75 <= model.unseen.count == len(frame.drop_duplicates(ratio)) <= 80
+    counts, _ = np.histogram(frame.drop_duplicates(ratio)["film_ratio"], [0.0, 0.5, 1.0, 2.0, np.inf])
     assert [band.count for band in model.unseen_bands] == counts.tolist()
     # contacts along gear meshes too are means over their profiles
     paths, point = load_dataset("gear_75w90_paths").frame, ["pressure_hertz", "speed_entrainment", "slide_to_roll"]
     assert (model.paths.count, len(paths)) == (200, 800)
-    means = paths.groupby(point, sort=False)["friction_coefficient"].mean()
-    error = np.abs(model.evaluate(columns(paths.drop_duplicates(point))).mu / means.to_numpy() - 1.0)
-    assert model.paths.mape == pytest.approx(error.mean(), rel=1e-3)
+    for rows, by, stated in ((frame, ratio, model.unseen), (paths, point, model.paths)):
+        means = rows.groupby(by, sort=False)["friction_coefficient"].mean()
+        error = np.abs(model.evaluate(columns(rows.drop_duplicates(by))).mu / means.to_numpy() - 1.0)
+        assert stated.mape == pytest.approx(error.mean(), rel=1e-3)
 
 
 def test_what_a_formula_of_a_file_has_and_lacks() -> None:
@@ -264,7 +258,8 @@ def test_a_finish_gives_the_roughness_of_a_contact(mixed_ehl: Any) -> None:
     for wrong in ("grond", 5, ["ground"]):
         with refuses("finish"):
             formula.mu(**point, **given, finish=wrong)  # type: ignore[typeddict-item]
-    answer = mixed_ehl("mu", "75w90", *POINT, "--finish", "ground", "--json")
+    options = point_options(radius="15 mm", slide_to_roll="0.2", temperature="90 degC", finish="ground")
+    answer = mixed_ehl("mu", "75w90", *options, "--json")
     assert json.loads(answer.out)["friction_coefficient"] == pytest.approx(float(by_name.mu), rel=1e-12)
 
 

@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from contacts import gear_state
 from contacts import gear_state as state
 from hypothesis import given
 from hypothesis import strategies as st
@@ -100,7 +99,7 @@ def test_conditions_of_two_points_by_hand() -> None:
     given = {"slide_to_roll": -0.3, "speed_sliding_lengthwise": 0.5, "effective_modulus": 228e9}
     rough = {"roughness_rms_1": [0.3e-6, 0.0], "roughness_rms_2": [0.4e-6, 0.0]}
     kept = {"pressure_hertz": 1e9, "speed_entrainment": 4.0, "temperature_oil": [353.15, 373.15]}
-    found = conditions_of(gear_state(**kept, **given, **rough), AXLE_OIL)
+    found = conditions_of(state(**kept, **given, **rough), AXLE_OIL)
     half_width = 4.0 * 0.012 * 1e9 / 228e9
     load = 0.5 * math.pi * half_width * 1e9
     by_hand = {"half_width": half_width, "load_per_length": load, "speed_sum": 8.0, "speed_sliding": 1.3}

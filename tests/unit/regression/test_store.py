@@ -11,6 +11,7 @@ from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
+from unittest.mock import Mock
 
 import h5py
 import numpy as np
@@ -159,12 +160,8 @@ def test_second_writer_is_refused(path: Path) -> None:
 @pytest.fixture
 def naps(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     """A file system without locks, and a clock that notes what waits for it."""
-
-    def no_locks(file: object, operation: int) -> None:
-        raise OSError(errno.ENOLCK, "no locks available")
-
     found: list[float] = []
-    monkeypatch.setattr("fcntl.flock", no_locks)
+    monkeypatch.setattr("fcntl.flock", Mock(side_effect=OSError(errno.ENOLCK, "no locks available")))
     monkeypatch.setattr("ehl.common.journal.BEAT", 0.02)
     monkeypatch.setattr("ehl.common.journal.time", SimpleNamespace(sleep=found.append))
     return found
@@ -276,9 +273,8 @@ def test_runs_that_are_not_there(tmp_path: Path) -> None:
 def test_a_file_of_another_kind_is_named(text: str, command: str, tmp_path: Path) -> None:
     path = tmp_path / "given.txt"
     path.write_text(text, encoding="utf-8")
-    with pytest.raises(InputError) as caught:
+    with refuses("run") as caught:
         read_run(path)
-    assert caught.value.field == "run"
     assert command in caught.value.hint
 
 
