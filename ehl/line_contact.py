@@ -126,11 +126,20 @@ class LineContact:
 
     @classmethod
     def from_pressure(
-        cls, *, radius_equivalent: float, effective_modulus: float, pressure_hertz: float, **motion: float
+        cls,
+        *,
+        radius_equivalent: float,
+        effective_modulus: float,
+        pressure_hertz: float,
+        speed_entrainment: float,
+        slide_to_roll: float = 0.0,
+        speed_sliding_lengthwise: float = 0.0,
     ) -> LineContact:
-        """The contact with a maximum Hertz pressure, w' = 2 pi p_h^2 R/E'; `motion`: the other fields."""
+        """The contact with the given maximum Hertz pressure: w' = 2 pi p_h^2 R/E'."""
         load = hertz_load(pressure_hertz, radius_equivalent, effective_modulus)
-        return cls(radius_equivalent, effective_modulus, load, **motion)
+        return cls(
+            radius_equivalent, effective_modulus, load, speed_entrainment, slide_to_roll, speed_sliding_lengthwise
+        )
 
     @property
     def half_width(self) -> float:
