@@ -35,7 +35,7 @@ LEVEL: dict[str, tuple[float, float]] = {"fast": (-1.83, 1.1), "standard": (-0.0
 # contact whose roughness is finer than its mesh
 NODE_ITERATION, RUNS = 1.5e-7, 4
 
-TIME_CAP = ValueRange("s", gt=0.0, le=1e8)
+ALLOWED_TIME_CAP = ValueRange("s", gt=0.0, le=1e8)
 
 
 @dataclass(frozen=True)

@@ -38,7 +38,7 @@ from ehl.material import Material, effective_modulus
 from ehl.surface.finish import default_correlation_length
 from regression.friction.conditions import LUBRICANT_UNITS, derive, lubricant_columns
 from regression.plan.axes import EXCLUSIVE, REQUIRED, VARIABLES, PlanAxis, Variables, evenly_spaced
-from regression.plan.cost import TIME_CAP, CostEstimate, contact_seconds
+from regression.plan.cost import ALLOWED_TIME_CAP, CostEstimate, contact_seconds
 from regression.plan.sampling import (
     Accept,
     BoxSampler,
@@ -473,7 +473,9 @@ class Plan(InputModel, Reportable):
         True
         """
         seconds, rough = self.case_seconds()
-        seconds = np.minimum(seconds, np.inf if time_cap is None else TIME_CAP.check_given(time_cap, "time_cap"))
+        seconds = np.minimum(
+            seconds, np.inf if time_cap is None else ALLOWED_TIME_CAP.check_given(time_cap, "time_cap")
+        )
         return CostEstimate(
             self.name,
             self.model.accuracy,

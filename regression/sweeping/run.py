@@ -24,7 +24,7 @@ from regression.data.dataset import Dataset, RunStatus, load_dataset, results_pa
 from regression.data.result_files import merge, read_meta
 from regression.friction.conditions import STATE_UNITS
 from regression.friction.published_registry import PUBLISHED
-from regression.plan.cost import TIME_CAP
+from regression.plan.cost import ALLOWED_TIME_CAP
 from regression.plan.plan import Plan
 from regression.sweeping.evaluators import fallback_settings, input_row, published_outputs, solve_outputs
 from regression.sweeping.sweep import SweepReport, sweep_shard
@@ -285,7 +285,7 @@ def sweep(
             version=formula or SOLVER,
             jobs=workers,
             executor=executor,
-            time_cap=None if time_cap is None else TIME_CAP.check_given(time_cap, "time_cap"),
+            time_cap=None if time_cap is None else ALLOWED_TIME_CAP.check_given(time_cap, "time_cap"),
             retries=retries,
             retry_failed=retry_failed,
             progress=progress,
@@ -299,7 +299,7 @@ def check_options(formula: str | None, time_cap: float | str | None, retries: in
         raise InputError("formula", formula, "one of " + ", ".join(sorted(PUBLISHED)))
     check_count("retries", retries, 0, MAX_RETRIES)
     if time_cap is not None:
-        TIME_CAP.check_given(time_cap, "time_cap")
+        ALLOWED_TIME_CAP.check_given(time_cap, "time_cap")
 
 
 def _shard(value: tuple[int, int] | str) -> tuple[int, int]:

@@ -71,6 +71,7 @@ def test_oil_and_solids() -> None:
         (lambda c: c.update(surface={"peklenik_number": 0.1}), "surface.peklenik_number"),
         (lambda c: c.update(surface={"profile_1": 3}), "surface.profile_1"),
         (lambda c: c.update(contact=3), "contact"),
+        (lambda c: c.update(surface="ground"), "surface"),
         (lambda c: c.pop("lubricant"), "lubricant"),
     ],
 )
