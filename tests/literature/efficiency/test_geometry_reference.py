@@ -13,9 +13,10 @@ from efficiency.contact.ease_off import conjugate_points, ease_off
 from efficiency.contact.gear_flanks import GearFlanks
 from efficiency.contact.mesh_surface import MeshSurface, mesh_surface
 from efficiency.contact.tooth_grid import normal_thickness
-from efficiency.cutting.cutter import FLANK_SIDES
+from efficiency.cutting.blank import Blank
+from efficiency.cutting.cutter import FLANK_SIDES, Blade
 from efficiency.cutting.flank import CutFlank
-from efficiency.cutting.machine import turn
+from efficiency.cutting.machine import MachineSettings, turn
 from efficiency.design.design import Design
 from ehl.common.units import ARCSEC
 
@@ -135,3 +136,39 @@ def test_gears_of_agma_929_c(design: Design) -> None:
         np.testing.assert_allclose(np.degrees(np.mean(spirals, axis=0)), expected, atol=0.1)
         thickness = (normal_thickness(flanks, "gear", u, np.zeros(3)) - more) / MM
         np.testing.assert_allclose(thickness, [outputs[f"sn2_{at}"] for at in ("inner", "mean", "outer")], rtol=0.01)
+
+
+def test_generated_gear_38x51() -> None:
+    values = GEOMETRY["generated_gear_38x51"]
+    b, g = values["blank"], values["gear"]
+    pitch_angle = np.arctan2(b["z2"], b["z1"])
+    half = 0.5 * b["face_width"]
+    taper = np.tan(np.radians(b["dedendum_angle"])), np.tan(np.radians(b["addendum_angle"]))
+    blank = Blank(
+        teeth=b["z2"], pitch_angle=float(pitch_angle), mean_cone_distance=b["mean_cone_dist"] * MM,
+        face_width=b["face_width"] * MM, mean_addendum=(b["addendum_outer"] - half * taper[1]) * MM,
+        mean_dedendum=(b["dedendum_outer"] - half * taper[0]) * MM, addendum_angle=np.radians(b["addendum_angle"]),
+        dedendum_angle=np.radians(b["dedendum_angle"]),
+    )  # fmt: skip
+    machine = MachineSettings(
+        radial_setting=g["Sr"] * MM,
+        cradle_angle=np.radians(g["q_abs"]),
+        machine_root_angle=float(pitch_angle) - blank.dedendum_angle,
+        roll_ratio=1.0 / g["work_to_cradle_inv_ratio_cr2"],
+        sliding_base=g["Xb"] * MM,
+    )
+    u = np.array([0.0, half * MM])
+    points = {}
+    for side, name in (("concave", "OB"), ("convex", "IB")):
+        blade = Blade(g[name]["Rc"] * MM, np.radians(g[name]["alpha"]), side)  # type: ignore[arg-type]
+        points[side], found = CutFlank(blade, machine, blank).solve(u, np.zeros(2))
+        assert found.all()
+    check = values["independent_check"]
+    angles = {side: np.degrees(np.stack(p.angles(blank.pitch_angle)))[:, 0] for side, p in points.items()}
+    assert angles["concave"][0] == pytest.approx(check["spiral_concave"], abs=0.006)
+    assert angles["convex"][0] == pytest.approx(check["spiral_convex"], abs=0.006)
+    np.testing.assert_allclose([angles["concave"][1], angles["convex"][1]], check["normal_pressure"], atol=0.006)
+    slot = np.abs(points["concave"].azimuth - points["convex"].azimuth)
+    radius = np.hypot(points["concave"].position[0], points["concave"].position[1])
+    tooth = radius * (2.0 * np.pi / b["z2"] - slot) / MM
+    np.testing.assert_allclose(tooth, [check["transverse_tooth_mean"], check["transverse_tooth_heel"]], atol=0.002)
