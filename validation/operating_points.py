@@ -3,9 +3,10 @@
     python validation/operating_points.py            # ten minutes of one core; a stopped run resumes
     python validation/operating_points.py --table    # the rows that are there, into docs/friction_formula.md
 
-Four states of six pairs, none of which was fitted: `rated` of the design, `fast` (16 000 rpm of the pinion, a quarter
-of its torque), `slow` (100 rpm, rated torque, 120 degC) and `cool` (rated, 40 degC). Where the stated error of the
-solved contacts exceeds 0.05 points, they are the mean of three draws of all roughness profiles.
+Four states of six pairs: `rated` of the design, `fast` (16 000 rpm of the pinion, a quarter of its torque), `slow`
+(100 rpm, rated torque, 120 degC) and `cool` (rated, 40 degC). The networks are fitted to other states of five of them
+(`gear_pairs`). Where the stated error of the solved contacts exceeds 0.05 points, they are the mean of three draws of
+all roughness profiles.
 """
 
 from __future__ import annotations

@@ -178,8 +178,8 @@ def test_a_machine_without_semaphores_or_locks(lacks: str, tmp_path: Path) -> No
         assert ended.returncode == 0, ended.stderr
         return ended.stdout, ended.stderr
 
-    told, warned = output("sweep", plan, "-o", run, "--jobs", "2")
-    assert "16 converged" in told
+    printed, warned = output("sweep", plan, "-o", run, "--jobs", "2")
+    assert "16 converged" in printed
     assert ("semaphores" in warned) == lacks.startswith("SEMAPHORES")
     if lacks.startswith("LOCKS"):
         assert "16 found on disk" in output("sweep", plan, "-o", run, "--jobs", "2")[0]

@@ -159,7 +159,7 @@ def cells(change: Any) -> Any:
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    ("change", "named"),
     [
         (lambda text: text.replace("units=mm", "units=furlong"), "units"),
         (lambda text: text.replace("row,column,x,y,z", "row,column,a,b,c"), "line 3"),
@@ -170,11 +170,11 @@ def cells(change: Any) -> Any:
         (cells(lambda row: ["1", "1", *row[2:]]), "row 1, column 1 = '2 points'"),
     ],
 )
-def test_bad_grid_files_are_refused_by_place(tmp_path: Path, change: Any, told: str) -> None:
+def test_bad_grid_files_are_refused_by_place(tmp_path: Path, change: Any, named: str) -> None:
     design = load_design(BEVEL)
     path = grid_file(tmp_path, design)
     path.write_text(change(path.read_text(encoding="utf-8")), encoding="utf-8")
-    with pytest.raises(InputError, match=told):
+    with pytest.raises(InputError, match=named):
         grid_flank(read_point_grid(path), "convex", design.gear.blank, "right")
 
 
@@ -190,14 +190,14 @@ def test_table_of_ease_off(tmp_path: Path) -> None:
 
 
 BAD = {"0,0,nan\n": "line 2", "12,0,1\n": "line 2", "0,0,1\n": "1 points", "0,0,1\n" * 9: "spread"}
-BAD = {"a,b,c\n0,0,0\n": "first line"} | {f"length,depth,ease_off\n{rows}": told for rows, told in BAD.items()}
+BAD = {"a,b,c\n0,0,0\n": "first line"} | {f"length,depth,ease_off\n{rows}": named for rows, named in BAD.items()}
 
 
-@pytest.mark.parametrize(("text", "told"), BAD.items())
-def test_bad_tables_of_ease_off(tmp_path: Path, text: str, told: str) -> None:
+@pytest.mark.parametrize(("text", "named"), BAD.items())
+def test_bad_tables_of_ease_off(tmp_path: Path, text: str, named: str) -> None:
     path = tmp_path / "map.csv"
     path.write_text(text, encoding="utf-8")
-    with pytest.raises(InputError, match=told):
+    with pytest.raises(InputError, match=named):
         read_ease_off_map(path)
 
 

@@ -187,7 +187,7 @@ def test_bad_input_names_its_field(tmp_path: Path, text: str, old: str, new: str
 
 
 def test_settings_that_cut_no_flank_are_refused_with_a_reason(tmp_path: Path) -> None:
-    # a cradle twice as far out leaves the cutter beside the blank
+    # a cradle twice as far out leaves the cutter outside the blank
     design = load(tmp_path, SHIPPED, ('radial_setting = "96.01838217906185 mm"', 'radial_setting = "300 mm"'))
     with fails("flank"):
         flank_pair(design.flanks(), "drive")

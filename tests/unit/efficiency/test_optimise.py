@@ -438,8 +438,8 @@ def test_a_search_learns_which_variables_decide_what_can_be_made() -> None:
     assert np.all(processes.success(fresh) == 1.0)
     made = margin(points) > 0.0
     processes.fit(points[made], points[made][:, :1], points[~made], scales=True)
-    told = processes.success(fresh)
-    can, cannot = told[margin(fresh) > 0.3], told[margin(fresh) < -0.3]
+    found = processes.success(fresh)
+    can, cannot = found[margin(fresh) > 0.3], found[margin(fresh) < -0.3]
     assert can.min() > 0.5 > cannot.max()
     assert np.median(can) > 0.95 > 0.05 > np.median(cannot)
     # what was made nearby in all other variables says nothing

@@ -25,6 +25,7 @@ from ehl.heat.estimate import convection_error, estimate_thermal_effect, murch_w
 from ehl.heat.traction import film_temperature, flux_to_surface_1
 from ehl.line_contact import LineContact, gupta_1992, moes_1992
 from ehl.smooth.mesh import Features, grade
+from ehl.smooth.thermal import solve_smooth
 
 UNIT = np.sin(0.5 * np.pi * np.linspace(-1.0, 1.0, 121))
 FILM, B = 0.4e-6, 2e-4
@@ -453,3 +454,20 @@ def test_error_of_one_dimensional_conduction(peclet, excess):
     exact = (jaeger_matrix(x, speed(peclet), STEEL, B) @ flux).max()
     simple = (material_point_matrix(x, speed(peclet), STEEL) @ flux).max()
     assert simple / exact - 1.0 == pytest.approx(excess, abs=0.005)
+
+
+@pytest.mark.parametrize("slide_to_roll", [0.02, 0.3, 1.0])
+@pytest.mark.parametrize("speed", [5.0, 12.0])
+def test_inlet_factor_against_solved_films(slide_to_roll, speed):
+    line, lubricant = contact(speed_entrainment=speed, slide_to_roll=slide_to_roll), oil(thermal_conductivity=0.14)
+    found = solve_smooth(line, lubricant, (STEEL, STEEL), thermal="on", accuracy="fast")
+    expected = gupta_1992(thermal_loading(line, lubricant), slide_to_roll)
+    assert expected == pytest.approx(found.film_reduction, rel=0.15)
+
+
+def test_heat_capacity_per_mass_hardly_changes_under_pressure():
+    # rho c of Larsson et al. (2000), 1 + k1 p/(1 + k2 p), over the density law of the solver: c at constant mass flow
+    pressure = np.linspace(0.0, 1.1, 12)
+    for k1, k2 in ((0.41, 1.05), (0.47, 0.81)):
+        ratio = (1.0 + k1 * pressure / (1.0 + k2 * pressure)) / oil().density_ratio(1e9 * pressure)
+        assert 0.975 < ratio.min() < ratio.max() < 1.036

@@ -272,3 +272,14 @@ def test_range_of_the_peklenik_number(monkeypatch, surface, ends):
     assert [one.peklenik_number for one in moved] == pytest.approx(ends, abs=1e-3)
     if "finish" not in surface:
         assert {one.correlation_length for one in moved} == {problem.surface.correlation_length}
+
+
+def test_skewed_inputs_hold_their_share_of_random_draws() -> None:
+    """ln mu of eight inputs with quadratic responses, all skewed to the same side: 90 % within a point and a half."""
+    z, rng = score_of(0.9), np.random.default_rng(1)
+    slopes, bends = np.linspace(0.1, 0.5, 8), np.linspace(0.0, 0.08, 8)
+    ends_of = zip(-z * slopes + z * z * bends, z * slopes + z * z * bends, strict=True)
+    down, up = combined([Change(str(k), "oil", 1.0, *both) for k, both in enumerate(ends_of)])
+    draws = rng.normal(size=(200_000, 8))
+    drawn = draws @ slopes + draws**2 @ bends
+    assert np.mean((drawn > down) & (drawn < up)) == pytest.approx(0.9, abs=0.015)

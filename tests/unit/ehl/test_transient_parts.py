@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from contacts import line_contact
 from refusals import refuses
+from scipy.signal import lfilter
 
 from ehl.rough import RoughSurfaces
 from ehl.rough.accuracy import PER_SWEEP, inlet_sweep, make_run_plan
@@ -96,3 +97,15 @@ def test_interval_needs_five_batches_and_widens_with_its_confidence() -> None:
 )
 def test_correction_of_two_meshes_is_bounded(coarse: float, fine: float, value: float, error: float) -> None:
     assert richardson(coarse, fine) == pytest.approx((value, error), rel=1e-9)
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.9])
+def test_intervals_cover_the_true_mean(memory: float) -> None:
+    rng = np.random.default_rng(4)
+    hits = 0
+    for _ in range(300):
+        noise, start = rng.standard_normal(1200), memory * rng.standard_normal() / math.sqrt(1.0 - memory**2)
+        series = lfilter([1.0], [1.0, -memory], noise, zi=[start])[0]
+        mean, half_width = batch_means(3.0 + series, 60)
+        hits += abs(mean - 3.0) <= half_width
+    assert 0.84 <= hits / 300 <= 0.95
