@@ -12,7 +12,7 @@ _RESERVED = frozenset(
         *("auto", "break", "case", "char", "const", "continue", "default", "do", "double", "else", "enum"),
         *("extern", "float", "for", "goto", "if", "inline", "int", "long", "register", "restrict", "return"),
         *("short", "signed", "sizeof", "static", "struct", "switch", "typedef", "union", "unsigned", "void"),
-        *("volatile", "while", "pow", "power", "square", "at_least", "at_most", "result", "unit"),
+        *("volatile", "while", "pow", "power", "half_cube", "square", "at_least", "at_most", "result", "unit"),
     }
 )
 _SQUARES = {"2.0": 1, "4.0": 2, "8.0": 3}  # exponents, and how many times the base is squared
@@ -29,9 +29,11 @@ class CPrinter(Printer):
     reserved = _RESERVED
 
     def power(self, base: tuple[str, int], exponent: tuple[str, int]) -> tuple[str, int]:
-        """Squares, or pow for other whole exponents, else by logarithms."""
+        """Squares, the power 1.5 by the root, pow for other whole exponents, else by logarithms."""
         # alone between commas a negative number needs no brackets
         left, right = base[0], re.sub(r"^\((-[\w.+-]+)\)$", r"\1", exponent[0])
+        if right == "1.5":
+            return f"half_cube({left})", ATOM
         if right in _SQUARES:
             return "square(" * _SQUARES[right] + left + ")" * _SQUARES[right], ATOM
         return f"{'pow' if re.fullmatch(_WHOLE, right) else 'power'}({left}, {right})", ATOM
@@ -50,11 +52,21 @@ class CPrinter(Printer):
 # NaN goes through, as in numpy: fmax and fmin would hide it. The first two are one instruction; NaN of a second number
 # is lost, which is a constant or comes with that of the first. A power by logarithms takes half the time of pow.
 _HELPERS = (
+    "/* loops for processors with FMA too, chosen when the program starts */",
+    "#if defined(__x86_64__) && defined(__GLIBC__) && defined(__has_attribute)",
+    "#if __has_attribute(target_clones)",
+    '#define CLONES __attribute__((target_clones("fma", "default")))',
+    "#endif",
+    "#endif",
+    "#ifndef CLONES",
+    "#define CLONES",
+    "#endif",
     "static double at_least(double a, double b) { return b > a ? b : a; }",
     "static double at_most(double a, double b) { return b < a ? b : a; }",
     "static double larger(double a, double b) { return a > b || isnan(a) ? a : b; }",
     "static double smaller(double a, double b) { return a < b || isnan(a) ? a : b; }",
     "static double square(double a) { return a * a; }",
+    "static double half_cube(double a) { return a * sqrt(a); }",
     "static double power(double a, double b) { return exp(b * log(a)); }",
 )
 

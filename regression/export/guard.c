@@ -1,6 +1,6 @@
 typedef struct { double of[3]; } guard_results;
 
-static guard_results guard(const double logarithms[])
+CLONES static guard_results guard(const double logarithms[])
 {
     guard_results r = {{INFINITY, 0.0, INFINITY}};
     double c[SIZE], u[SIZE], z[SIZE], squares[CASES];
