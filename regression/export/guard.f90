@@ -5,11 +5,8 @@
     c = min(max(logarithms, -1e3_dp), 1e3_dp) - guard_scales(:, 1)
     u = c / guard_scales(:, 2)
     z = matmul(c, guard_whitening)
-    r = [huge(total), sqrt(sum(z ** 2)), huge(total)]
-    do j = 1, CASES
-      r(1) = min(r(1), sum((z - STEP_dp * guard_cases(j, :)) ** 2))
-    end do
-    r(1) = sqrt(r(1))
+    r(2:) = [sqrt(sum(z ** 2)), huge(total)]
+    r(1) = sqrt(minval([(sum((z - STEP_dp * guard_cases(j, :)) ** 2), j = 1, CASES)]))
     do j = 1, PAIRS
       ends = STEP_dp * guard_limits(3:, j)
       total = u(1 + guard_limits(1, j)) + u(1 + guard_limits(2, j))

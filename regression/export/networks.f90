@@ -7,10 +7,12 @@
     r(1) = min(max(1.0_dp - maxval(max(networks_scales(:, 3) - x, x - networks_scales(:, 4)) / reach), 0.0_dp), 1.0_dp)
     r(1) = r(1) * r(1) * (3.0_dp - 2.0_dp * r(1))
     x = min(max(x, networks_scales(:, 3) - reach), networks_scales(:, 4) + reach)
-    one = squashed(matmul(networks_first(:, :SIZE), x) + networks_first(:, SIZE + 1))
+    one = STEP_dp * (matmul(networks_first(:, :SIZE), x) + networks_first(:, SIZE + 1))
+    one = one / sqrt(1.0_dp + one * one)
     do m = 1, MEMBERS
       associate (begin => UNITS * (m - 1) + 1, end => UNITS * m)
-        two = squashed(matmul(networks_second(begin:end, :UNITS), one(begin:end)) + networks_second(begin:end, UNITS + 1))
+        two = STEP_dp * (matmul(networks_second(begin:end, :UNITS), one(begin:end)) + networks_second(begin:end, UNITS + 1))
+        two = two / sqrt(1.0_dp + two * two)
       end associate
       out(:, m) = matmul(networks_last(2 * m - 1:2 * m, :UNITS), two) + networks_last(2 * m - 1:2 * m, UNITS + 1)
     end do
@@ -20,9 +22,3 @@
     r(5) = sum((out(1, :) - r(2)) * (out(2, :) - r(3))) / MEMBERS
     r(6) = sum((out(2, :) - r(3)) ** 2) / MEMBERS
   end function networks
-  elemental function squashed(z) result(s)
-    real(dp), intent(in) :: z
-    real(dp) :: s
-    s = STEP_dp * z
-    s = s / sqrt(1.0_dp + s * s)
-  end function squashed
