@@ -36,6 +36,7 @@ from efficiency.mesh import POINTS_PER_LINE, POSITIONS, Mesh, elastic_bodies
 from ehl.common.errors import ConvergenceError, InputError, check_count
 from ehl.common.figures import interactive
 from ehl.common.progress import ProgressCallback
+from ehl.common.quantities import quantity
 from ehl.common.table import Table
 from ehl.common.threads import one_thread
 from ehl.fluid.oil import Oil
@@ -665,7 +666,7 @@ class GearPair:
             ("hypoid offset", f"{1e3 * design.assembly.hypoid_offset:.4g} mm"),
             ("shaft angle", f"{math.degrees(design.assembly.shaft_angle):.4g} deg"),
             ("face width", " / ".join(f"{1e3 * m.blank.face_width:.4g} mm" for m in (design.pinion, design.gear))),
-            ("pinion torque, speed", f"{point.torque:.4g} N m, {point.speed * 30.0 / math.pi:.4g} rpm"),
+            ("pinion torque, speed", f"{point.torque:.4g} N m, {quantity('speed').text(point.speed)}"),
             ("oil", f"{point.oil}, {point.temperature - 273.15:.4g} degC"),
         ]
         return Table(("quantity", "pinion / gear"), rows, title=design.name).html()

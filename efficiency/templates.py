@@ -223,6 +223,8 @@ def _shipped(folder: str, like: str) -> str:
 
 def _axle(text: str, name: str, answers: Mapping[str, str], given: Mapping[str, str]) -> str:
     from efficiency.axle.axle_input import AxleInput
+    from efficiency.design.design import Design
+    from efficiency.pairs import load
     from ehl.common.validation import validate
 
     like = answers["like"]
@@ -231,6 +233,9 @@ def _axle(text: str, name: str, answers: Mapping[str, str], given: Mapping[str, 
     if "pair" in given:
         made = re.sub(r"^pair = .*$", "pair = <pair>", made, count=1, flags=re.M)
         made = re.sub(r"\n^\[operation\].*\n(?:(?!\[).*\n)*", "", made, count=1, flags=re.M)  # that of the pair instead
+        if isinstance(design := load(given["pair"]).design, Design):
+            height = f'height = "{1e3 * (0.0 - design.assembly.hypoid_offset):.6g} mm"'
+            made = re.sub(r'^height = ".*"', height, made, count=1, flags=re.M)
     made = _filled(text.replace("<like>", like) + made, name, given)
     validate(AxleInput, tomllib.loads(made))
     return made

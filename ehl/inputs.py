@@ -125,7 +125,7 @@ class SurfaceInput(InputModel):
     """
 
     instead = dict.fromkeys(
-        ("ra", "roughness_ra", "roughness"), "Give Rq as roughness_rms_1 and roughness_rms_2. " + RA
+        ("ra", "rq", "roughness_ra", "roughness"), "Give Rq as roughness_rms_1 and roughness_rms_2. " + RA
     )
 
     roughness_rms_1: Rms = 0.0

@@ -33,6 +33,7 @@ from efficiency.vehicle.axle_test import AxleTest
 from efficiency.vehicle.loss_map import signed_axes, uses_of
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError
+from ehl.common.quantities import quantity
 from ehl.common.roots import bracketed_root
 from ehl.common.threads import one_thread
 from ehl.common.validation import validate
@@ -413,7 +414,7 @@ class Axle:
         bearings: tuple[BearingLoss, ...] = ()
         loads: dict[float, _Loads] = {}
         for row, mesh in zip(rows, meshes, strict=True):
-            where = f"{row.torque:.4g} N m, {row.speed * 30.0 / math.pi:.4g} rpm, {row.temperature - 273.15:.4g} degC"
+            where = f"{row.torque:.4g} N m, {quantity('speed').text(row.speed)}, {row.temperature - 273.15:.4g} degC"
             try:
                 if row.torque not in loads:
                     loads[row.torque] = self._loads_at(row, (nodes or {}).get(row.side, ()))

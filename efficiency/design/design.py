@@ -102,7 +102,7 @@ EdgeRounding = Annotated[
 class MemberSurface(InputModel):
     """Common inputs of members of all kinds of pairs: material and finish."""
 
-    instead = dict.fromkeys(("ra", "roughness_ra", "roughness"), "Give Rq as roughness_rms. " + RA)
+    instead = dict.fromkeys(("ra", "rq", "roughness_ra", "roughness"), "Give Rq as roughness_rms. " + RA)
 
     material: str = "steel"  # name of a material card
     finish: str | None = None  # finish of the flanks: ground, lapped, honed, superfinished, milled

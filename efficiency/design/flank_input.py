@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import reduce
-from math import sin
+from math import degrees, sin
 from operator import or_
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Self
@@ -64,7 +64,7 @@ class FlankTable(InputModel):
         centre = machine.radial_setting * sin(machine.cradle_angle) + machine.blank_offset
         if (centre > 0.0) != (hand == "right"):
             allowed = ("positive" if hand == "right" else "negative") + f" for a {hand}-hand member"
-            raise InputError(f"{side}.machine.cradle_angle", machine.cradle_angle, allowed)
+            raise InputError(f"{side}.machine.cradle_angle", f"{degrees(machine.cradle_angle):.6g} deg", allowed)
 
     def check_member(self, member: Member, side: FlankSide) -> None:
         """Raise an `InputError` for a kind of flank that the member cannot have, or a file of another flank."""

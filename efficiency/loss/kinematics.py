@@ -31,7 +31,7 @@ class OperatingPoint(InputModel):
     """Default operating point."""
 
     # torque at the pinion shaft [N m]
-    torque: Annotated[float, ValueRange("N*m", gt=0.0, le=1e6, hint="Pinion torque, positive.")]
+    torque: Annotated[float, ValueRange("N*m", gt=0.0, le=1e6, hint="Positive at the pinion; coast: `--side coast`.")]
     speed: Annotated[float, ValueRange("rad/s", gt=0.0, le=5000.0)]  # speed of the pinion [rad/s]
     temperature: Temperature  # oil temperature [K]
     oil: Annotated[str, in_any_case("oils")]  # name of an oil card

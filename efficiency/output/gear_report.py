@@ -238,11 +238,11 @@ def _inputs_table(result: EfficiencyResult, design: PairDesign) -> Table:
 
 def _headline(result: EfficiencyResult, of_design: Sequence[str], grid: Grid | None) -> list[Item]:
     film = result.lubrication.film_ratio
-    with_rolling = tables.percent(result.efficiency_with_rolling, 2)
+    with_rolling, loss = tables.percent(result.efficiency_with_rolling, 2), quantity("power_loss")
     tiles = [
-        (f"{result.power_loss:.4g} W", f"sliding loss of {result.power_input / 1e3:.4g} kW"),
+        (loss.text(result.power_loss), f"sliding loss of {result.power_input / 1e3:.4g} kW"),
         (
-            f"{result.power_loss_rolling:.4g} W",
+            loss.text(result.power_loss_rolling),
             f"rolling loss, not included in the efficiency; with it {with_rolling} %",
         ),
         (f"{result.friction_coefficient_mean:.4f}", "mean friction coefficient"),

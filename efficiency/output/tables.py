@@ -302,7 +302,7 @@ def map_table(grid: Grid, names: Sequence[str] = ()) -> Table:
 def efficiency_grids(grid: Grid) -> list[Table]:
     """Efficiency over torque (rows) and speed (columns), one table per temperature."""
     values, speed = grid.values(), quantity("speed")
-    heads = [f"{speed.to_display(value):.4g} rpm" for value in grid.axes["speed"]]
+    heads = [speed.text(value) for value in grid.axes["speed"]]
     columns: list[Column | str] = ["torque", *(Column(head, of="efficiency", label=head) for head in heads)]
     tables = []
     for number, kelvin in enumerate(grid.axes["temperature"]):

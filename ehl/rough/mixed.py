@@ -240,7 +240,7 @@ def film_heat_of(
     if not (abs(float(slope[0])) * rise > ROLLING_EFFECT or moved > CONVECTED * whole):
         return None
     into = heat.shear_heat - heat.lag_heat
-    kept = np.divide(into, freed, out=np.ones(freed.size), where=freed > into)
+    kept = np.divide(into, freed, out=np.ones(freed.size), where=(freed > into) & (freed != 0.0))
     return heat.x, heat.rolling_heat, heat.lag_heat + np.maximum(into - freed, 0.0), kept
 
 

@@ -186,11 +186,23 @@ def conditions_of(state: ContactState, oil: Oil) -> dict[str, Array]:
         if starts.size > 1:
             lubricant = _repeated(lubricant, np.diff(starts, append=line.size), shape)
     figures = lubricant_columns(lubricant, columns["pressure_hertz"])
-    bulk = {name: np.asarray(getattr(state, name)) for name in _BULK}
-    return derive(columns | {name: np.broadcast_to(value, shape) for name, value in figures.items()}) | bulk
+    more = {name: np.asarray(getattr(state, name)) for name in _BULK}
+    more |= {_FACTOR + name: np.full(shape, getattr(oil.factors, factor)) for name, factor in _SHEAR.items()}
+    return derive(columns | {name: np.broadcast_to(value, shape) for name, value in figures.items()}) | more
+
+
+def before_variation(table: Conditions) -> Conditions:
+    """The conditions with Eyring and limiting stress of the card before `Oil.varied`; the same table if not varied."""
+    factors = {name: table.get(_FACTOR + name) for name in _SHEAR}
+    changed = {
+        name: table[name] / factor for name, factor in factors.items() if factor is not None and np.any(factor != 1.0)
+    }
+    return {**table, **changed} if changed else table
 
 
 _BULK = ("temperature_bulk_1", "temperature_bulk_2")
+_FACTOR = "factor_of_"
+_SHEAR = {"eyring_stress": "eyring_stress", "limiting_shear_coefficient": "limiting_shear"}  # names in `InputFactors`
 
 
 def _repeated(value: Any, counts: IntArray, shape: tuple[int, ...]) -> Any:

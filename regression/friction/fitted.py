@@ -23,7 +23,7 @@ from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel, validate
 from ehl.fluid.oil import Oil
 from ehl.state import ContactState
-from regression.friction.conditions import UNITS, Array, Conditions, PointConditions, conditions_of
+from regression.friction.conditions import UNITS, Array, Conditions, PointConditions, before_variation, conditions_of
 from regression.friction.data_cloud import CloudDistance, DataCloud
 from regression.friction.error_tables import Band, ErrorInterval, Finite, NoiseFloor, Scores
 from regression.friction.families import Family, family_named
@@ -438,14 +438,17 @@ def friction_of_form(
     """mu by a closed form with its networks, and their standard deviation of ln mu (None without networks).
 
     The networks do not increase friction above the larger of boundary friction and limiting shear coefficient, unless
-    the closed form exceeds it.
+    the closed form exceeds it. Of an oil card with another Eyring or limiting stress (`Oil.varied`) they have those
+    before the variation: in their data both are functions of the oil, so that the networks would be extrapolated.
     """
     with np.errstate(divide="ignore", invalid="ignore", over="ignore", under="ignore"):
         if network is None or form.parts is None:
             return np.exp(form.log_mu(table, coefficients, boundary_friction)), None
         # [()] gives the recorded expression of an export, and an array unchanged
         share, film = (np.asarray(part)[()] for part in form.parts(table, coefficients))
-        found, deviation = network.corrected(share, film, table, boundary_friction, evaluate)
+        card = before_variation(table)
+        inputs = None if card is table else network.inputs(*form.parts(card, coefficients), card)
+        found, deviation = network.corrected(share, film, table, boundary_friction, evaluate, inputs)
         limit = np.maximum(boundary_friction, table["limiting_shear_coefficient"])
         return np.minimum(found, np.maximum(limit, share * boundary_friction + film)), deviation
 

@@ -128,6 +128,7 @@ class Network(InputModel):
         conditions: Conditions,
         boundary_friction: float | Array,
         evaluate: Evaluate | None = None,
+        logarithms: list[Array] | None = None,
     ) -> tuple[Array, Array]:
         """mu of the corrected parts and standard deviation of ln mu, by ufuncs for `regression.export`.
 
@@ -135,9 +136,10 @@ class Network(InputModel):
         conditions: columns of shape (n,).
         boundary_friction: number or array of shape (n,).
         evaluate: replacement of `statistics`.
+        logarithms: replacement of `inputs`.
         """
         odds = share / np.maximum(1.0 - share, 1e-12)
-        logarithms = self.inputs(share, film, conditions)
+        logarithms = logarithms or self.inputs(share, film, conditions)
         found = (evaluate or self.statistics)(logarithms)
         fading, shift, stretch, share_variance, covariance, film_variance = found
         moved = odds * np.exp(fading * shift)

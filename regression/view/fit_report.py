@@ -100,21 +100,28 @@ def formula_sections(
 ) -> list[Section]:
     """Sections for the terminal (equation, errors by region, worst case) or for files (all tables)."""
     best = formulas[0]
-    spread = () if dataset is None else interval_factors(dataset, best)
     ranking = [family_table(formulas, tried)] if len(formulas) > 1 or tried else []
-    intervals = [interval_table(best, spread)] if best.interval.bands else []
+    interval = _interval(best, dataset)
     if medium == "files":
-        tables = [*ranking, band_table(best), check_table(best), *intervals, coefficient_table(best)]
+        tables = [*ranking, band_table(best), check_table(best), interval, coefficient_table(best)]
         return [Section("", [Head(f"Fit of a friction formula: {best.label}"), *tables])]
-    return [Section("", [*ranking, Code(best.to_text()), band_table(best), *intervals, *_remarks(best, dataset)])]
+    return [Section("", [*ranking, Code(best.to_text()), band_table(best), interval, *_remarks(best, dataset)])]
+
+
+def _interval(formula: FittedFormula, dataset: Dataset | None) -> Table | Text:
+    """Interval by film ratio; of all cases together if they are too few for bands."""
+    if formula.interval.bands:
+        return interval_table(formula, () if dataset is None else interval_factors(dataset, formula))
+    level, width = formula.interval.level, formula.interval.log_width
+    factor = (
+        f"exp({width:.3g} s), s the deviation at the point" if formula.interval.normalised else f"{math.exp(width):.3g}"
+    )
+    return Text(f"interval of {100 * level:g} %: from µ/factor to µ·factor at every film ratio, factor {factor}")
 
 
 def _remarks(formula: FittedFormula, dataset: Dataset | None) -> list[Item]:
     """Lines below the tables of the terminal."""
     said = []
-    if not formula.interval.bands:  # too few cases for bands
-        level, width = formula.interval.level, math.exp(formula.interval.log_width)
-        said.append(f"interval of {100 * level:g} %: µ/{width:.3g} to µ·{width:.3g}, at every film ratio")
     worst = formula.validation.worst
     where = conditions_text(worst.conditions, 4)
     said.append(f"worst case {worst.key[:12]}: {100.0 * worst.relative_error:+.1f} % at {where}")
@@ -301,7 +308,7 @@ def _published_row(name: str, value: Array, mu: Array, outside: NDArray[np.bool_
 
 def _errors(dataset: Dataset, best: FittedFormula) -> Section:
     caption = "Held-out errors by band of each variable, with the number of cases."
-    tables = [check_table(best), interval_table(best, interval_factors(dataset, best))]
+    tables = [check_table(best), _interval(best, dataset)]
     return Section(
         "Errors by region",
         [Picture(partial(plots.plot_bands, best), caption), *tables, Folded("In numbers", [band_table(best)])],

@@ -12,9 +12,10 @@ from refusals import refuses
 import efficiency
 import ehl
 import regression
-from efficiency.axle.axle_input import load_axle
+from efficiency.axle.axle_input import AxleInput, load_axle
 from efficiency.conditions.duty import read_duty
 from efficiency.machine_settings.inputs import load_targets
+from ehl.common.validation import validate
 
 # what the shipped file of a kind gives where it is read
 READERS: dict[str, tuple[Callable[[Path], Any], Any]] = {
@@ -47,6 +48,15 @@ def test_oil_by_two_viscosities_is_the_generic_oil(tmp_path: Path) -> None:
     mine, generic = ehl.Oil.load(str(path)), ehl.Oil.generic("pao", nu_40="97.5 cSt", nu_100="13.3 cSt")
     assert mine.viscosity_dynamic(363.15) == generic.viscosity_dynamic(363.15)
     assert mine.alpha(363.15) == generic.alpha(363.15)
+
+
+def test_axle_has_the_offset_of_its_pair() -> None:
+    for pair, offset in (("fm_hypoid_13x42_relieved", 15e-3), ("fm_spiral_bevel_14x39_relieved", 0.0)):
+        content = tomllib.loads(efficiency.new_file("axle", "mine", pair=pair))
+        height = validate(AxleInput, content).pinion_shaft.height
+        assert height == pytest.approx(-offset)
+    with refuses("design"):
+        efficiency.new_file("axle", "mine", pair="no_pair")
 
 
 @pytest.mark.parametrize(

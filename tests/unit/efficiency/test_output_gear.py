@@ -102,11 +102,14 @@ def test_every_axis_has_its_unit(flank: FlankMap, result: EfficiencyResult, grid
 
 
 def test_another_oil_and_what_lies_outside_the_range_are_said() -> None:
-    grid = tiny_mesh().map(friction_model("75w90"), [300.0], [0.5, 125.0], [363.15], **ROUGH, oil="fva3")
+    grid = tiny_mesh().map(
+        friction_model("75w90"), [300.0], [0.5, 20000.0 * np.pi / 30.0], [363.15], **ROUGH, oil="fva3"
+    )
     shares = [point.outside_range_share for point in grid.results]
     assert shares[0] > shares[1]
     [table] = efficiency_grids(grid)
     assert f"at most {100.0 * shares[0]:.1f} %" in table.notes[0]
+    assert [column.label for column in table.columns[1:]] == ["4.775 rpm", "20000 rpm"]
     assert sum("was fitted to 75w90, not to fva3" in note for note in grid.results[0].notes) == 1
 
 

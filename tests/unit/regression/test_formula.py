@@ -304,3 +304,17 @@ def test_an_exported_function_hides_no_word_of_its_code(tmp_path: Path, file: st
     with refuses("oil"):  # one, or the oil as arguments
         FORMULA.export(tmp_path / "mu.c", oil="fva3", oil_arguments=True)
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["75w90", "gear"])
+def test_shear_of_a_varied_card_changes_friction_as_in_solved_contacts(name: str) -> None:
+    """Both shear stresses are functions of the oil in the data: the networks are not extrapolated in them."""
+    formula, oil = Formula.load(name), Oil.load("75w90")
+    point: dict[str, Any] = {"pressure_hertz": "1.2 GPa", "radius_equivalent": "15 mm", "speed_entrainment": "5 m/s"}
+    point |= {"slide_to_roll": 0.2, "temperature": "90 degC", "roughness_rms": "0.424 um", "finish": "ground"}
+    solved = {"eyring_stress": (0.0224, 0.0338), "limiting_shear": (0.0258, 0.0326)}  # both ends of 90 %
+    nominal = float(formula.mu(contact_points(**point), oil=oil).mu)
+    for card, ends in solved.items():
+        for score, expected in zip((-1.645, 1.645), ends, strict=True):
+            varied = formula.mu(contact_points(**point), oil=oil.varied(**{card: score}))
+            assert math.log(varied.mu / nominal) == pytest.approx(math.log(expected / 0.0308), abs=0.16)

@@ -1,6 +1,7 @@
 """The public interface of `regression`: one line for each step, the same errors, and the report of a fit."""
 
 import html
+import math
 import re
 import signal
 from dataclasses import replace
@@ -16,18 +17,22 @@ import regression
 from ehl.common.data import reason_text
 from ehl.common.errors import InputError
 from ehl.common.pages import write_page
+from ehl.common.sections import Text
+from ehl.common.table import Table
 from ehl.common.validation import validate
 from ehl.fluid.oil import Oil
 from regression.data.dataset import Dataset
 from regression.data.result_files import read_run
 from regression.fitting.fit import fit_formula
 from regression.fitting.rows import fitted_rows
+from regression.formula import Formula
+from regression.friction.error_tables import ErrorInterval
 from regression.friction.fitted import FittedFormula
 from regression.friction.published_registry import PUBLISHED
 from regression.plan.plan import Plan
 from regression.sweeping.sweep import run_meta
 from regression.view import plots
-from regression.view.fit_report import fit_sections
+from regression.view.fit_report import fit_sections, formula_sections
 
 XU = "xu_kahraman_2007"
 
@@ -163,6 +168,19 @@ def test_page(dataset: Dataset, formulas: list[FittedFormula], tmp_path: Path) -
     assert page.count("<svg") >= 7
     assert "nan" not in seen.text.lower()
     assert f"{100.0 * best.validation.mape:.1f} %" in seen.sections[0]
+
+
+def test_interval_of_few_cases_is_a_factor_at_the_point() -> None:
+    """Widths of networks are multiples of the deviation at a point; without bands there is no table."""
+    fitted = Formula.load("75w90")
+    few = fitted.model_copy(update={"interval": fitted.interval.model_copy(update={"bands": ()})})
+    width = few.interval.log_width
+    plain = ErrorInterval(level=0.9, log_width=0.1, largest=0.2)
+    for interval, factor in ((few.interval, f"exp({width:.3g} s)"), (plain, f"{math.exp(0.1):.3g}")):
+        formula = few.model_copy(update={"interval": interval})
+        (section,) = formula_sections([formula], (), None, "terminal")
+        assert factor in " ".join(part.text for part in section.items if isinstance(part, Text))
+        assert not any("interval" in part.title for part in section.items if isinstance(part, Table))
 
 
 @pytest.mark.usefixtures("svg_figures")

@@ -182,6 +182,15 @@ def test_mesh_reaches_as_far_as_asperities_touch() -> None:
     assert rough_length(scene.contact, scene.contact.film_moes(OIL), 0.0)[1] == pytest.approx(1.2)
 
 
+def test_film_heat_in_pure_rolling() -> None:
+    """Without sliding there is no heat of the shear, of which a share could be kept."""
+    contact = line(5.0, 0.0)
+    steady = solve_smooth(contact, OIL, (STEEL, STEEL), thermal="on")
+    found = film_heat_of(steady.heat, contact, OIL)
+    assert found is not None
+    assert all(np.isfinite(part).all() for part in found)
+
+
 # a modulus law, whose stiffness under pressure falls with temperature
 @pytest.mark.parametrize(("oil", "slide_to_roll"), [(OIL, 0.5), (OIL, -0.8), (Oil.load("fva3").at(353.15), 0.5)])
 def test_bulk_temperatures_of_both_bodies(
