@@ -62,7 +62,7 @@ class Formula(FittedFormula, Reportable):
     >>> formula = regression.Formula.load("75w90")
     >>> point = {"pressure_hertz": "1.2 GPa", "radius_equivalent": "15 mm", "speed_entrainment": "5 m/s"}
     >>> formula.mu(**point, slide_to_roll=0.2, temperature="90 degC", roughness_rms="0.4 um")
-    mu = 0.04793 (0.04653 to 0.04937), ok
+    mu = 0.04677 (0.04459 to 0.04905), ok
     """
 
     _record: FitRecord | None = PrivateAttr(None)

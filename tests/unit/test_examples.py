@@ -14,8 +14,8 @@ from regression.calibration.measurement import read_measurement
 
 ROOT = Path(__file__).resolve().parents[2]
 ANSWERS = {
-    "plot_axle": 1226.23, "plot_blank": 39 / 14, "plot_constant_friction": 1.34269, "plot_contact_pattern": 12.2771,
-    "plot_efficiency_map": 99.2953, "plot_film_and_pressure": 304.096, "plot_formula": 0.0476457,
+    "plot_axle": 1226.23, "plot_blank": 39 / 14, "plot_constant_friction": 1.32390, "plot_contact_pattern": 12.2771,
+    "plot_efficiency_map": 99.2953, "plot_film_and_pressure": 304.096, "plot_formula": 0.0456992,
     "plot_gear_efficiency": 99.2953, "plot_misalignment": 99.2299, "plot_oil_under_pressure": 11.2358,
     "plot_paper_contact": 0.0410145, "plot_paper_formula": 0.369669, "plot_paper_pair": 99.3403,
     "plot_rough_contact": 180.925, "plot_stribeck_curve": 1.89164,
