@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,7 +24,7 @@ from ehl.common.arrays import FloatArray
 from ehl.common.data import reason_text
 from ehl.common.figures import BLUE, GREY, ORANGE, axes_or_new, figure_of, new_figure, panels
 from ehl.common.quantities import typeset_units
-from ehl.common.sections import Head, Item, KeyFigures, MainResult, Medium, Notes, Picture, Row, Section, Text
+from ehl.common.sections import Head, Item, KeyFigures, MainResult, Medium, Notes, Row, Section, Text, picture
 from regression.friction.published_registry import PUBLISHED, model_label
 
 if TYPE_CHECKING:
@@ -176,14 +174,13 @@ def comparison_sections(comparison: Comparison, medium: Medium) -> list[Section]
         f"{fitted if comparison.reference else ''}Geometry and load are shared. The closed forms use one constant "
         "friction coefficient for the pair. No uncertainty is available for a model without uncertain inputs."
     )
-    along = (
-        (plot_friction_along_mesh, "Mean over all tooth pairs in mesh, weighted with the sliding power."),
-        (plot_loss_along_mesh, "Power loss at each position of a pinion pitch."),
-    )
-
-    def picture(draw: Callable[[Comparison], Figure | Axes], caption: str) -> Picture:
-        return Picture(partial(draw, comparison), caption, draw.__name__.removeprefix("plot_"))
-
+    weighted = "Mean over all tooth pairs in mesh, weighted with the sliding power."
+    along = [
+        picture("friction_along_mesh", weighted, plot_friction_along_mesh, comparison),
+        picture("loss_along_mesh", "Power loss at each position of a pinion pitch.", plot_loss_along_mesh, comparison),
+    ]
+    bars = picture("comparison", CAPTION, plot_comparison, comparison)
+    run_time = picture("run_time", "One run each; geometry and load are shared.", plot_run_time, comparison)
     return [
         Section(
             "",
@@ -195,13 +192,10 @@ def comparison_sections(comparison: Comparison, medium: Medium) -> list[Section]
                 notes,
             ],
         ),
-        Section(
-            "Power loss",
-            [picture(plot_comparison, CAPTION), replace(models_table(comparison), title=""), Text(shared), *duty],
-        ),
-        Section("Along the mesh", [Row([picture(*each) for each in along])]),
-        Section("Loss by region of the flank", [picture(plot_loss_by_region, REGIONS)]),
-        Section("Run time", [picture(plot_run_time, "One run each; geometry and load are shared.")]),
+        Section("Power loss", [bars, replace(models_table(comparison), title=""), Text(shared), *duty]),
+        Section("Along the mesh", [Row(along)]),
+        Section("Loss by region of the flank", [picture("loss_by_region", REGIONS, plot_loss_by_region, comparison)]),
+        Section("Run time", [run_time]),
     ]
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
@@ -39,7 +38,20 @@ from efficiency.output.tables import result_notes, said_of_grid
 from ehl.common.data import reason_text
 from ehl.common.errors import InputError
 from ehl.common.quantities import quantity
-from ehl.common.sections import Folded, Head, Item, KeyFigures, MainResult, Medium, Notes, Picture, Row, Section, Text
+from ehl.common.sections import (
+    Folded,
+    Head,
+    Item,
+    KeyFigures,
+    MainResult,
+    Medium,
+    Notes,
+    Picture,
+    Row,
+    Section,
+    Text,
+    picture,
+)
 from ehl.common.table import Table
 from ehl.fluid.pressure_viscosity import alpha_of
 from ehl.surface.finish import default_correlation_length
@@ -85,54 +97,57 @@ def _title(result: EfficiencyResult) -> str:
     return f"{tables.operating_point(result)}, friction: {model_label(result.friction_model)}"
 
 
-def load_figures(flank: FlankMap) -> Iterator[Picture]:
+def _fields(flank: FlankMap, **captions: str) -> list[Picture]:
+    """Fields over the gear flank."""
+    return [picture(name, caption, flank_plots.field_figure, flank, name) for name, caption in captions.items()]
+
+
+def load_figures(flank: FlankMap) -> list[Picture]:
     """Figures of the loaded flanks."""
     text = (
         "Contact pattern under load: Hertz pressure over the loaded part of the flank in the mesh cycle. Orange: "
         "contact lines at the position of maximum pressure, with a width in proportion to the load per length."
     )
-    yield Picture(partial(flank_plots.contact_figure, flank), text, "contact_pattern_gear")
-    text = "Contact pattern under load on the pinion."
-    yield Picture(partial(flank_plots.contact_figure, flank, "pinion"), text, "contact_pattern_pinion")
-    for name, caption in (
-        (flank_plots.PRESSURE, "Hertz pressure on the gear flank; the outline encloses the loaded part."),
-        ("load_per_length", "Load per length of contact line."),
-    ):
-        yield field_picture(flank, name, caption)
+    of_pinion = "Contact pattern under load on the pinion."
+    return [
+        picture("contact_pattern_gear", text, flank_plots.contact_figure, flank),
+        picture("contact_pattern_pinion", of_pinion, flank_plots.contact_figure, flank, "pinion"),
+        *_fields(
+            flank,
+            pressure_hertz="Hertz pressure on the gear flank; the outline encloses the loaded part.",
+            load_per_length="Load per length of contact line.",
+        ),
+    ]
 
 
-def field_picture(flank: FlankMap, name: str, caption: str) -> Picture:
-    """A field over the gear flank."""
-    return Picture(partial(flank_plots.field_figure, flank, name), caption, name)
-
-
-def loss_figures(flank: FlankMap) -> Iterator[Picture]:
+def loss_figures(flank: FlankMap) -> list[Picture]:
     """Lubrication, friction and loss over the gear flank."""
     text = (
         "Sliding velocity in the projection of the flank. In a hypoid gear the lengthwise component does not vanish at "
         "the pitch cone (dash-dotted line)."
     )
-    yield Picture(partial(flank_plots.sliding_figure, flank), text, "sliding")
-    for name, caption in (
-        ("slide_to_roll_total", "Magnitude of the sliding vector over the entrainment speed."),
-        ("film_ratio", "Smooth isothermal film over the composite roughness Rq."),
-        ("friction_coefficient", f"Friction coefficient of the model: {model_label(flank.result.friction_model)}."),
-        ("temperature_flash", "Maximum surface temperature: bulk temperature plus flash temperature."),
-        (flank_plots.LOSS, "Mean power loss per projected area; its integral plus the loss at edges is the loss."),
-    ):
-        yield field_picture(flank, name, caption)
+    return [
+        picture("sliding", text, flank_plots.sliding_figure, flank),
+        *_fields(
+            flank,
+            slide_to_roll_total="Magnitude of the sliding vector over the entrainment speed.",
+            film_ratio="Smooth isothermal film over the composite roughness Rq.",
+            friction_coefficient=f"Friction coefficient of the model: {model_label(flank.result.friction_model)}.",
+            temperature_flash="Maximum surface temperature: bulk temperature plus flash temperature.",
+            loss_density="Mean power loss per projected area; its integral plus the loss at edges is the loss.",
+        ),
+    ]
 
 
 def mesh_figures(result: EfficiencyResult) -> list[Picture]:
     """Figures over the mesh cycle."""
+    caption = "Transmission error without load and under load, each about its mean."
+    about_loss = "Friction coefficient and power loss at each position of a pinion pitch."
     return [
-        Picture(partial(draw, result), caption, draw.__name__.removeprefix("plot_"))
-        for draw, caption in (
-            (plot_load_sharing, "Share of the torque on one tooth pair."),
-            (plot_pair_load, "Normal force and maximum pressure of one tooth pair."),
-            (plot_transmission_error, "Transmission error without load and under load, each about its mean."),
-            (plot_friction_and_loss, "Friction coefficient and power loss at each position of a pinion pitch."),
-        )
+        picture("load_sharing", "Share of the torque on one tooth pair.", plot_load_sharing, result),
+        picture("pair_load", "Normal force and maximum pressure of one tooth pair.", plot_pair_load, result),
+        picture("transmission_error", caption, plot_transmission_error, result),
+        picture("friction_and_loss", about_loss, plot_friction_and_loss, result),
     ]
 
 
@@ -145,20 +160,18 @@ def _force_items(result: EfficiencyResult) -> list[Item]:
         "axial positive away from the crossing point, radial away from the other member, tangential in the direction "
         "of the torque; the values are in the table of the positions."
     )
-    return [Folded("Mesh stiffness and shaft forces", [Picture(partial(plot_forces, result), caption, "forces")])]
+    return [Folded("Mesh stiffness and shaft forces", [picture("forces", caption, plot_forces, result)])]
 
 
-def strength_figures(flank: FlankMap) -> Iterator[Picture]:
-    """Root stress and micropitting; empty for a result without its pair."""
+def _strength_figures(flank: FlankMap) -> Iterator[Picture]:
+    """Root stress and micropitting."""
     result = flank.result
-    if not result.has_strength:
-        return
     if result.strength.pinion is not None or result.strength.gear is not None:
         caption = "Maximum tensile stress of the root fillets, over the roll angle of a tooth pair and along the face."
-        yield Picture(partial(plot_root_stress, result), caption, "root_stress")
+        yield picture("root_stress", caption, plot_root_stress, result)
     if flank.drawable:
         caption = "Film thickness over the mean Ra of both flanks: micropitting begins at its minimum."
-        yield field_picture(flank, "film_specific", caption)
+        yield from _fields(flank, film_specific=caption)
 
 
 def page_sections(result: EfficiencyResult, grid: Grid | None = None, units: Units = "metric") -> list[Section]:
@@ -311,12 +324,12 @@ def _strength_items(result: EfficiencyResult, flank: FlankMap) -> list[Item]:
     strength = result.strength
     table = replace(strength.table(), notes=())
     assumed = Table(("assumption",), [(note,) for note in strength.notes])
-    return [Row([*strength_figures(flank), table]), Folded("Assumptions on the strength", [assumed])]
+    return [Row([*_strength_figures(flank), table]), Folded("Assumptions on the strength", [assumed])]
 
 
 def _input_items(result: EfficiencyResult) -> list[Item]:
     caption = "Change of the efficiency by each single input; the numerical error is not included."
-    bars = Picture(partial(plot_sources, result.inputs), caption)
+    bars = picture("", caption, plot_sources, result.inputs)
     known, share = measured_states(), result.friction_range.measured_share
     text = (
         f"{tables.percent(share, 1)} % of the sliding power lies within the local conditions of measured gears "
@@ -347,7 +360,7 @@ def _design_items(design: Design, units: Units) -> list[Item]:
     waves = ("correlation length [µm]", "correlation length along over across the lay [-]")
     heads = ("member", "material", "finish", "roughness Rq [µm]", *waves)
     return [
-        Picture(partial(blank_figure, design), AXIAL_SECTION),
+        picture("", AXIAL_SECTION, blank_figure, design),
         Table(heads, surface),
         Folded(
             "Gear data for drawings, cutters and machine settings",
@@ -385,7 +398,7 @@ def map_sections(grid: Grid, medium: Medium, units: Units = "metric") -> list[Se
         found = page_sections(nearest_point(grid), grid, units)
         # only the figures of the map are written as files
         return [found[0], found[1], *(Section(part.title, [_unnamed(x) for x in part.items]) for part in found[2:])]
-    lines = Picture(partial(plot_map, grid), "Mesh efficiency over the axes.", "efficiency")
+    lines = picture("efficiency", "Mesh efficiency over the axes.", plot_map, grid)
     return [
         Section("", [Head(title, footer=SPIN), tables.grid_notes(grid)]),
         Section("Efficiency", [lines, tables.map_table(grid, _MAIN)]),
@@ -426,7 +439,7 @@ def duty_sections(duty: DutyCycle, medium: Medium, units: Units = "metric") -> l
         known.insert(0, (interval, f"{tables.percent(inputs.level, 0)} % interval from uncertain inputs"))
     value = f"{tables.percent(duty.efficiency, 2)} %" if math.isfinite(duty.efficiency) else "no result"
     answer = MainResult(value, "efficiency of the cycle", known)
-    energy = Picture(partial(plot_duty, duty), "Energy loss at each operating point.", "duty")
+    energy = picture("duty", "Energy loss at each operating point.", plot_duty, duty)
     return [
         Section("", [Head(title, footer=SPIN), answer, tables.duty_notes(duty)]),
         Section("Energies", [energy, replace(tables.duty_table(duty), title="")]),

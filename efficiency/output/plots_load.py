@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from itertools import product
 from typing import TYPE_CHECKING
 
@@ -11,7 +10,7 @@ import numpy as np
 from ehl.common.data import reason_text
 from ehl.common.figures import BLUE, GREY, ORANGE, axes_or_new, new_figure
 from ehl.common.quantities import axis_label, quantities, quantity, to_display, typeset_units
-from ehl.common.sections import Picture
+from ehl.common.sections import Picture, picture
 from regression.friction.published_registry import model_label
 
 if TYPE_CHECKING:
@@ -94,11 +93,11 @@ def plot_duty(duty: DutyCycle, ax: Axes | None = None) -> Axes:
 
 def map_figures(grid: Grid) -> list[Picture]:
     """Lines over speed, and contours if there are enough torques and speeds."""
-    pictures = [Picture(partial(plot_map, grid), "Mesh efficiency over pinion speed.", "efficiency_map")]
+    pictures = [picture("efficiency_map", "Mesh efficiency over pinion speed.", plot_map, grid)]
     if grid.shape[0] >= _CONTOURS and grid.shape[1] >= _CONTOURS:
         for name in ("efficiency", "power_loss", "friction_coefficient_mean"):
             caption = f"Contours: {quantity(name).label}."
-            pictures.append(Picture(partial(contour_figure, grid, name), caption, f"contours_{name}"))
+            pictures.append(picture(f"contours_{name}", caption, contour_figure, grid, name))
     return pictures
 
 

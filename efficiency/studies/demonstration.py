@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +17,7 @@ from ehl.common.files import make_folder
 from ehl.common.pages import Reportable
 from ehl.common.progress import ProgressCallback, progress_to, report_progress
 from ehl.common.runner import checked_jobs
-from ehl.common.sections import Code, Folded, Head, KeyFigures, Medium, Notes, Picture, Row, Section, Text
+from ehl.common.sections import Code, Folded, Head, KeyFigures, Medium, Notes, Row, Section, Text, picture
 from ehl.common.table import Table
 from ehl.common.threads import one_thread
 from regression.data.dataset import Dataset
@@ -71,8 +70,8 @@ def _contacts(result: DemoResult) -> Section:
             ),
             Row(
                 [
-                    Picture(partial(plot_friction, result.dataset), "Friction of all contacts of the sweep."),
-                    Picture(partial(plot_parity, result.dataset, result.formulas), "Friction: formula over computed."),
+                    picture("", "Friction of all contacts of the sweep.", plot_friction, result.dataset),
+                    picture("", "Friction: formula over computed.", plot_parity, result.dataset, result.formulas),
                 ]
             ),
         ],
@@ -89,7 +88,7 @@ def _formulas(result: DemoResult) -> Section:
                 "radius are held out in turn."
             ),
             family_table(result.formulas),
-            Picture(partial(plot_bands, best), "Held-out errors by band of each variable, with the number of cases."),
+            picture("", "Held-out errors by band of each variable, with the number of cases.", plot_bands, best),
             Folded("Errors by region", [band_table(best)]),
             Folded(f"Equation and coefficients of {best.name}", [Code(best.to_text())]),
         ],
