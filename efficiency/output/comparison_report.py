@@ -3,28 +3,33 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import replace
+from itertools import chain
+from operator import attrgetter
 from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.ticker import NullFormatter
 
+from efficiency.loss.efficiency_result import pair_notes
 from efficiency.loss.power_loss import FACES, HEIGHTS, friction_along_mesh
 from efficiency.output.tables import (
-    comparison_notes,
-    comparison_tables,
-    duty_models_table,
-    models_table,
+    limit_columns,
     operating_point,
     operating_state,
     percent,
+    remarks_table,
+    result_notes,
 )
 from ehl.common.arrays import FloatArray
 from ehl.common.data import reason_text
 from ehl.common.figures import BLUE, GREY, ORANGE, axes_or_new, figure_of, new_figure, panels
+from ehl.common.notes import Note
 from ehl.common.quantities import typeset_units
 from ehl.common.sections import Head, Item, KeyFigures, MainResult, Medium, Notes, Row, Section, Text, picture
+from ehl.common.table import Column, Table
 from regression.friction.published_registry import PUBLISHED, model_label
 
 if TYPE_CHECKING:
@@ -149,6 +154,83 @@ def plot_run_time(comparison: Comparison) -> Figure:
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.set(xlabel="run time of friction and loss [s]", xlim=(None, 6.0 * float(seconds.max())))
     return figure
+
+
+_COMPARED = (
+    *("friction_model", "efficiency", "power_loss", "friction_coefficient_mean"),
+    *("efficiency_lower", "efficiency_upper", "outside_range_share", "seconds", "status", "reason", "kind"),
+    *("efficiency_error", "efficiency_with_rolling"),
+)
+
+
+def comparison_notes(comparison: Comparison) -> list[Note]:
+    """Notes of a comparison, one for each kind with the model for which it is worst."""
+    return pair_notes(
+        pair for result in comparison.results for pair in result_notes(result, (), model_label(result.friction_model))
+    )
+
+
+def models_table(comparison: Comparison) -> Table:
+    """The table for terminal and page, by increasing loss; a model without uncertain inputs has no interval."""
+    limits, known = limit_columns(comparison.rows), comparison.rows
+    columns = [
+        Column("friction_model"),
+        Column("power_loss", label="loss", digits=3, rounded=True),
+        Column("loss_factor", label="loss ratio", decimals=2),
+        Column("efficiency", decimals=2),
+        replace(limits["efficiency_lower"], label="lower limit"),
+        replace(limits["efficiency_upper"], label="upper limit"),
+        Column("friction_coefficient_mean", label="mean mu", digits=3),
+        Column("outside_range_share", label="outside its range", decimals=1),
+    ]
+    if any(row.status != "converged" for row in known):
+        columns.append(Column("reason"))
+    rows = []
+    for row in sorted(known, key=lambda row: (math.isnan(row.power_loss), row.power_loss)):
+        exact = ["outside_range_share"] if row.kind == "closed form" else []
+        exact += [] if row.efficiency_lower < row.efficiency_upper else ["efficiency_lower", "efficiency_upper"]
+        rows.append((row.label, *(None if c.name in exact else getattr(row, c.name) for c in columns[1:])))
+    return Table(columns, rows, title=operating_point(comparison), name="models")
+
+
+def duty_models_table(comparison: Comparison) -> Table:
+    """Energies of a duty cycle by friction model, by increasing loss."""
+    columns = [
+        Column("friction_model"),
+        Column("energy_loss", digits=3, rounded=True),
+        Column("energy_factor", label="ratio", decimals=2),
+        Column("energy_factor_min", label="least of a row", decimals=2),
+        Column("energy_factor_max", label="largest of a row", decimals=2),
+    ]
+    known = sorted((row for row in comparison.rows if row.energy_loss > 0.0), key=attrgetter("energy_loss"))
+    rows = [(row.label, *(getattr(row, column.name) for column in columns[1:])) for row in known]
+    base = next((row.label for row in known if row.energy_factor == 1.0), "the first model")
+    title = f"Energy lost by sliding over the duty cycle; ratios over {base}"
+    return Table(columns, rows, title=title, name="duty")
+
+
+def comparison_tables(comparison: Comparison) -> list[Table]:
+    """One row per result, friction and loss along the mesh, loss by region of the flank, remarks."""
+
+    def along(name: str, quantity: str, lines: Iterable[FloatArray]) -> Table:
+        columns: dict[Column, FloatArray] = {Column("pinion_angle"): comparison.results[0].cycle.pinion_angle}
+        for row, line in zip(comparison.rows, lines, strict=False):
+            columns[Column(row.name, of=quantity, label=row.name)] = line
+        return Table.from_columns(columns, name=name)
+
+    regions = [
+        Column(f"{height}, {face}", of="share", label=f"{height}, {face}") for height in HEIGHTS for face in FACES
+    ]
+    shares = [(row.name, *chain.from_iterable(row.loss_regions)) for row in comparison.rows if row.loss_regions]
+    rows = [[row.name, *(getattr(row, name) for name in _COMPARED[1:])] for row in comparison.rows]
+    return [
+        # all columns, models by their names in commands
+        Table(_COMPARED, rows, title=operating_point(comparison), name="models"),
+        along("friction along the mesh", "mu", map(friction_along_mesh, comparison.results)),
+        along("loss along the mesh", "power_loss", (result.cycle.power_loss for result in comparison.results)),
+        Table(("friction_model", *regions), shares, name="share of loss by region"),
+        remarks_table(comparison.results),
+    ]
 
 
 CAPTION = (

@@ -16,25 +16,11 @@ from efficiency.geometry.design_drawing import design_drawing
 from efficiency.geometry.pair_geometry import geometry_notes
 from efficiency.loss.efficiency import measured_states
 from efficiency.loss.efficiency_result import EfficiencyResult, pair_notes
-from efficiency.output import plots_flank as flank_plots
-from efficiency.output import tables
+from efficiency.output import plots_flank, plots_load, tables
 from efficiency.output.flank_map import FlankMap
 from efficiency.output.geometry_report import AXIAL_SECTION, misalignment_text, settings_tables
 from efficiency.output.machine_summary import Units
 from efficiency.output.plots_geometry import blank_figure
-from efficiency.output.plots_load import (
-    is_map,
-    map_figures,
-    plot_duty,
-    plot_forces,
-    plot_friction_and_loss,
-    plot_load_sharing,
-    plot_map,
-    plot_pair_load,
-    plot_root_stress,
-    plot_transmission_error,
-)
-from efficiency.output.tables import result_notes, said_of_grid
 from ehl.common.data import reason_text
 from ehl.common.errors import InputError
 from ehl.common.quantities import quantity
@@ -78,11 +64,11 @@ def gear_sections(result: EfficiencyResult, medium: Medium, units: Units = "metr
         return [Section("", [Head(_title(result)), tables.result_table(result), *own, *points, *drawing])]
     strength = [replace(result.strength.table(), notes=result.strength.notes)] if result.has_strength else []
     inputs = [] if result.own_inputs is None else [result.own_inputs.table()]
-    notes = Notes(pair_notes(result_notes(result)))
+    notes = Notes(pair_notes(tables.result_notes(result)))
     return [Section("", [tables.efficiency_table(result), notes, *strength, *inputs])]
 
 
-plot_gear = plot_friction_and_loss
+plot_gear = plots_load.plot_friction_and_loss
 
 
 def design_of(result: EfficiencyResult) -> PairDesign:
@@ -99,7 +85,7 @@ def _title(result: EfficiencyResult) -> str:
 
 def _fields(flank: FlankMap, **captions: str) -> list[Picture]:
     """Fields over the gear flank."""
-    return [picture(name, caption, flank_plots.field_figure, flank, name) for name, caption in captions.items()]
+    return [picture(name, caption, plots_flank.field_figure, flank, name) for name, caption in captions.items()]
 
 
 def load_figures(flank: FlankMap) -> list[Picture]:
@@ -110,8 +96,8 @@ def load_figures(flank: FlankMap) -> list[Picture]:
     )
     of_pinion = "Contact pattern under load on the pinion."
     return [
-        picture("contact_pattern_gear", text, flank_plots.contact_figure, flank),
-        picture("contact_pattern_pinion", of_pinion, flank_plots.contact_figure, flank, "pinion"),
+        picture("contact_pattern_gear", text, plots_flank.contact_figure, flank),
+        picture("contact_pattern_pinion", of_pinion, plots_flank.contact_figure, flank, "pinion"),
         *_fields(
             flank,
             pressure_hertz="Hertz pressure on the gear flank; the outline encloses the loaded part.",
@@ -127,7 +113,7 @@ def loss_figures(flank: FlankMap) -> list[Picture]:
         "the pitch cone (dash-dotted line)."
     )
     return [
-        picture("sliding", text, flank_plots.sliding_figure, flank),
+        picture("sliding", text, plots_flank.sliding_figure, flank),
         *_fields(
             flank,
             slide_to_roll_total="Magnitude of the sliding vector over the entrainment speed.",
@@ -144,10 +130,10 @@ def mesh_figures(result: EfficiencyResult) -> list[Picture]:
     caption = "Transmission error without load and under load, each about its mean."
     about_loss = "Friction coefficient and power loss at each position of a pinion pitch."
     return [
-        picture("load_sharing", "Share of the torque on one tooth pair.", plot_load_sharing, result),
-        picture("pair_load", "Normal force and maximum pressure of one tooth pair.", plot_pair_load, result),
-        picture("transmission_error", caption, plot_transmission_error, result),
-        picture("friction_and_loss", about_loss, plot_friction_and_loss, result),
+        picture("load_sharing", "Share of the torque on one tooth pair.", plots_load.plot_load_sharing, result),
+        picture("pair_load", "Normal force and maximum pressure of one tooth pair.", plots_load.plot_pair_load, result),
+        picture("transmission_error", caption, plots_load.plot_transmission_error, result),
+        picture("friction_and_loss", about_loss, plots_load.plot_friction_and_loss, result),
     ]
 
 
@@ -160,7 +146,7 @@ def _force_items(result: EfficiencyResult) -> list[Item]:
         "axial positive away from the crossing point, radial away from the other member, tangential in the direction "
         "of the torque; the values are in the table of the positions."
     )
-    return [Folded("Mesh stiffness and shaft forces", [picture("forces", caption, plot_forces, result)])]
+    return [Folded("Mesh stiffness and shaft forces", [picture("forces", caption, plots_load.plot_forces, result)])]
 
 
 def _strength_figures(flank: FlankMap) -> Iterator[Picture]:
@@ -168,7 +154,7 @@ def _strength_figures(flank: FlankMap) -> Iterator[Picture]:
     result = flank.result
     if result.strength.pinion is not None or result.strength.gear is not None:
         caption = "Maximum tensile stress of the root fillets, over the roll angle of a tooth pair and along the face."
-        yield picture("root_stress", caption, plot_root_stress, result)
+        yield picture("root_stress", caption, plots_load.plot_root_stress, result)
     if flank.drawable:
         caption = "Film thickness over the mean Ra of both flanks: micropitting begins at its minimum."
         yield from _fields(flank, film_specific=caption)
@@ -265,12 +251,12 @@ def _headline(result: EfficiencyResult, of_design: Sequence[str], grid: Grid | N
         tiles.append((f"{np.nanmin(film):.2g}", "minimum film ratio"))
     outside = f"of the sliding power outside the range of {model_label(result.friction_model)}"
     tiles.append((f"{tables.percent(result.outside_range_share, 1)} %", outside))
-    said = result_notes(result, of_design, tables.operating_state(result) if grid else "")
+    said = tables.result_notes(result, of_design, tables.operating_state(result) if grid else "")
     cases = 1
     if grid is not None:
         cases = len(grid.points)
         own = {text for _, text in said}
-        said += [pair for pair in said_of_grid(grid) if pair[1] not in own]
+        said += [pair for pair in tables.said_of_grid(grid) if pair[1] not in own]
     return [answer(result, grid), KeyFigures(tiles), Notes(pair_notes(said), cases)]
 
 
@@ -301,7 +287,7 @@ def answer(result: EfficiencyResult, grid: Grid | None = None) -> MainResult:
 
 def _map_items(grid: Grid, shown: EfficiencyResult) -> list[Item]:
     return [
-        Row(map_figures(grid)),
+        Row(plots_load.map_figures(grid)),
         *tables.efficiency_grids(grid),
         *([Text(f"{grid.interpolation}.")] if grid.interpolation else []),
         Text(f"The following sections refer to one point of the map, {tables.operating_point(shown)}."),
@@ -386,7 +372,7 @@ def map_sections(grid: Grid, medium: Medium, units: Units = "metric") -> list[Se
         raise InputError("report", grid.reason, "a grid with a result")
     first = grid.results[0]
     title = f"{first.design}, {first.side}: map, friction: {model_label(first.friction_model)}"
-    over = tables.efficiency_grids(grid) if is_map(grid) else []
+    over = tables.efficiency_grids(grid) if plots_load.is_map(grid) else []
     if medium == "files":
         return [Section("", [Head(title), tables.map_table(grid), *over, tables.remarks_table(grid.results)])]
     if medium == "terminal":
@@ -394,11 +380,11 @@ def map_sections(grid: Grid, medium: Medium, units: Units = "metric") -> list[Se
         below: list[Item] = [tables.grid_notes(grid), *(Text(f"neglected: {text}") for text in skipped)]
         below += [Text(grid.interpolation)] if grid.interpolation else []
         return [Section("", [*(over or [tables.map_table(grid)]), *below])]
-    if is_map(grid):
+    if plots_load.is_map(grid):
         found = page_sections(nearest_point(grid), grid, units)
         # only the figures of the map are written as files
         return [found[0], found[1], *(Section(part.title, [_unnamed(x) for x in part.items]) for part in found[2:])]
-    lines = picture("efficiency", "Mesh efficiency over the axes.", plot_map, grid)
+    lines = picture("efficiency", "Mesh efficiency over the axes.", plots_load.plot_map, grid)
     return [
         Section("", [Head(title, footer=SPIN), tables.grid_notes(grid)]),
         Section("Efficiency", [lines, tables.map_table(grid, _MAIN)]),
@@ -439,7 +425,7 @@ def duty_sections(duty: DutyCycle, medium: Medium, units: Units = "metric") -> l
         known.insert(0, (interval, f"{tables.percent(inputs.level, 0)} % interval from uncertain inputs"))
     value = f"{tables.percent(duty.efficiency, 2)} %" if math.isfinite(duty.efficiency) else "no result"
     answer = MainResult(value, "efficiency of the cycle", known)
-    energy = picture("duty", "Energy loss at each operating point.", plot_duty, duty)
+    energy = picture("duty", "Energy loss at each operating point.", plots_load.plot_duty, duty)
     return [
         Section("", [Head(title, footer=SPIN), answer, tables.duty_notes(duty)]),
         Section("Energies", [energy, replace(tables.duty_table(duty), title="")]),

@@ -9,8 +9,9 @@ from typing import Any
 
 from efficiency.loss.compare import Comparison
 from efficiency.loss.efficiency_result import EfficiencyResult
+from efficiency.output.comparison_report import comparison_notes
 from efficiency.output.gear_report import SPIN, answer
-from efficiency.output.tables import comparison_notes, operating_point, percent
+from efficiency.output.tables import operating_point, percent
 from efficiency.pair import GearPair
 from ehl import __version__
 from ehl.common.files import make_folder
