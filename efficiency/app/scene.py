@@ -10,7 +10,7 @@ import math
 import re
 import tomllib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any, cast
@@ -42,50 +42,10 @@ from ehl.surface.finish import State
 from regression.formula import shipped_formulas
 from regression.friction.published_registry import PUBLISHED, model_label
 
-# fields of a scene with a number, by the keyword of the Python interface: unit, label
-FIELDS: dict[str, tuple[str, str]] = {
-    "torque": ("N m", "pinion torque"),
-    "speed": ("rpm", "pinion speed"),
-    "temperature": ("degC", "oil temperature"),
-    "roughness_rms_pinion": ("um", "Rq pinion"),
-    "roughness_rms_gear": ("um", "Rq gear"),
-    "peklenik_number": ("", "Peklenik number (empty: of the finish)"),
-    "E": ("mm", "E offset"),
-    "P": ("mm", "P pinion axial"),
-    "G": ("mm", "G gear axial"),
-    "shaft_angle_error": ("deg", "α shaft angle"),
-    "lengthwise_crowning": ("um", "lengthwise crowning"),
-    "profile_crowning": ("um", "profile crowning"),
-    "tip_relief": ("um", "tip relief"),
-    "hypoid_offset": ("mm", "hypoid offset"),
-}
-SHAPE = ("lengthwise_crowning", "profile_crowning", "tip_relief", "hypoid_offset")
-"""Variables of the flanks, which require new machine settings; for designs with relief in their targets."""
-CHOICES = {
-    "design": "pair",
-    "side": "flanks",
-    "finish": "finish of both flanks",
-    "oil": "oil",
-    "friction": "friction model",
-}
-# numbers of the tab of an axle: label, value at the start
-AXLE_FIELDS = {
-    "torque": ("pinion torque [N m]", "200"),
-    "speed": ("pinion speed [rpm]", "1500"),
-    "temperature": ("oil temperature [°C] or balance", "80"),
-}
-_STATES: dict[str, State] = {"run in": "run_in", "new": "new"}
-# finish as it is chosen: name, state
-FINISHES: dict[str, tuple[str, State]] = {
-    f"{name}, {words}": (name, state) for name in data_names("finishes") for words, state in _STATES.items()
-}
-COMPARED = ("xu_kahraman_2007", "constant:0.05")
-FRICTIONS = (*shipped_formulas(), *PUBLISHED, "constant:0.05")
-FIRST = "fm_hypoid_13x42_relieved"  # design a page begins with
-MAP_STEPS = 7  # torques and speeds of a map each
-_LIMIT = re.compile(r"(-?\d[\d.e+-]*) (m|K|rad/s|rad|N\*m)\b")
-_LONGEST = 40  # characters of a field
-_KEPT = 16  # pairs, axles, settings and loads, each
+
+def _number(unit: str, label: str) -> Any:
+    """A field of a scene with a number: its unit and label."""
+    return field(default="", metadata={"unit": unit, "label": label})
 
 
 @dataclass(frozen=True)
@@ -97,23 +57,20 @@ class Scene:
     oil: str = ""
     friction: str = ""
     finish: str = ""  # of `FINISHES`
-    # numbers in N m, rpm, degC, um, um, 1
-    torque: str = ""
-    speed: str = ""
-    temperature: str = ""
-    roughness_rms_pinion: str = ""
-    roughness_rms_gear: str = ""
-    peklenik_number: str = ""
-    # misalignment in mm, shaft_angle_error in deg
-    E: str = ""
-    P: str = ""
-    G: str = ""
-    shaft_angle_error: str = ""
-    # flanks of both sides: ease-off and tip relief in um, offset in mm
-    lengthwise_crowning: str = ""
-    profile_crowning: str = ""
-    tip_relief: str = ""
-    hypoid_offset: str = ""
+    torque: str = _number("N m", "pinion torque")
+    speed: str = _number("rpm", "pinion speed")
+    temperature: str = _number("degC", "oil temperature")
+    roughness_rms_pinion: str = _number("um", "Rq pinion")
+    roughness_rms_gear: str = _number("um", "Rq gear")
+    peklenik_number: str = _number("", "Peklenik number (empty: of the finish)")
+    E: str = _number("mm", "E offset")
+    P: str = _number("mm", "P pinion axial")
+    G: str = _number("mm", "G gear axial")
+    shaft_angle_error: str = _number("deg", "α shaft angle")
+    lengthwise_crowning: str = _number("um", "lengthwise crowning")
+    profile_crowning: str = _number("um", "profile crowning")
+    tip_relief: str = _number("um", "tip relief")
+    hypoid_offset: str = _number("mm", "hypoid offset")
 
     def values(self, *names: str) -> dict[str, str]:
         """Fields that are not empty, with their units; `InputError` with all invalid numbers."""
@@ -148,6 +105,37 @@ class Scene:
             "speed", "temperature", "roughness_rms_pinion", "roughness_rms_gear", "peklenik_number"
         )
         return given | ({"oil": self.oil} if self.oil else {})
+
+
+# fields with a number, by the keyword of the Python interface: unit, label
+FIELDS = {one.name: (one.metadata["unit"], one.metadata["label"]) for one in fields(Scene) if one.metadata}
+SHAPE = ("lengthwise_crowning", "profile_crowning", "tip_relief", "hypoid_offset")
+"""Variables of the flanks, which require new machine settings; for designs with relief in their targets."""
+CHOICES = {
+    "design": "pair",
+    "side": "flanks",
+    "finish": "finish of both flanks",
+    "oil": "oil",
+    "friction": "friction model",
+}
+# numbers of the tab of an axle: label, value at the start
+AXLE_FIELDS = {
+    "torque": ("pinion torque [N m]", "200"),
+    "speed": ("pinion speed [rpm]", "1500"),
+    "temperature": ("oil temperature [°C] or balance", "80"),
+}
+_STATES: dict[str, State] = {"run in": "run_in", "new": "new"}
+# finish as it is chosen: name, state
+FINISHES: dict[str, tuple[str, State]] = {
+    f"{name}, {words}": (name, state) for name in data_names("finishes") for words, state in _STATES.items()
+}
+COMPARED = ("xu_kahraman_2007", "constant:0.05")
+FRICTIONS = (*shipped_formulas(), *PUBLISHED, "constant:0.05")
+FIRST = "fm_hypoid_13x42_relieved"  # design a page begins with
+MAP_STEPS = 7  # torques and speeds of a map each
+_LIMIT = re.compile(r"(-?\d[\d.e+-]*) (m|K|rad/s|rad|N\*m)\b")
+_LONGEST = 40  # characters of a field
+_KEPT = 16  # pairs, axles, settings and loads, each
 
 
 @dataclass(frozen=True)
