@@ -201,9 +201,8 @@ class AxleResult(LossTable):
     def _shown_table(self) -> Table:
         """The points with digits by their uncertainty: a single one without its losses, many without their heat."""
         table, point = self.table(), self.kind == "point"
-        names = [str(getattr(column, "name", column)) for column in table.columns]
         hidden = "loss_" if point else ("heat_", "temperature_housing", "loss_mesh_", "axle_power_")
-        names = [name for name in names if not name.startswith(hidden)]
+        names = [name for name in table.names if not name.startswith(hidden)]
         names = [name for name in names if name not in ("status", "reason") or self.reason]
         table, labels = table.select(names), {} if point else _SHORT
         columns = [_by_uncertainty(name, 2 if point else 3, labels.get(name, "")) for name in names]
@@ -264,7 +263,7 @@ class AxleResult(LossTable):
         table = Table.from_records(rows, title=title, name="bearings")
         columns = [
             Column(name, label=name.removeprefix("moment, "), digits=3 if "load" in name else 2, rounded=True)
-            for name in (str(getattr(column, "name", column)) for column in table.columns)
+            for name in table.names
         ]
         return replace(table, columns=columns)
 

@@ -12,19 +12,13 @@ from efficiency.cli import options as shared
 from ehl import InputError
 from ehl.common.console import advanced, check_outputs, given, is_list, working
 
-_AxleOptions = Annotated[
-    dict[str, Any],
-    shared.OptionGroup(
-        {
-            "axle_losses": Annotated[
-                Path | None,
-                advanced(help="Bearing and drag losses, CSV or XLSX: torque, speed of the pinion, torque_loss."),
-            ],
-            "drag": shared.text_option("Constant drag torque at the pinion: '2 N m' (our model)."),
-            "load_share": shared.text_option("Bearings: share of the pinion torque lost, '0.5 %' (our model)."),
-        }
-    ),
-]
+_AxleOptions: Any = shared.group(
+    axle_losses=Annotated[
+        Path | None, advanced(help="Bearing and drag losses, CSV or XLSX: torque, speed of the pinion, torque_loss.")
+    ],
+    drag=shared.text_option("Constant drag torque at the pinion: '2 N m' (our model)."),
+    load_share=shared.text_option("Bearings: share of the pinion torque lost, '0.5 %' (our model)."),
+)
 
 
 @shared.with_groups
@@ -92,16 +86,11 @@ def _axle(options: dict[str, Any]) -> Any:
     return table
 
 
-_MethodOptions = Annotated[
-    dict[str, Any],
-    shared.OptionGroup(
-        {
-            "bearings": shared.text_option("Method: skf or iso_14179_2."),
-            "seals": shared.text_option("Method: linke or iso_14179_2."),
-            "churning": shared.text_option("Method: changenet_velex or iso_14179_2."),
-        }
-    ),
-]
+_MethodOptions: Any = shared.group(
+    bearings=shared.text_option("Method: skf or iso_14179_2."),
+    seals=shared.text_option("Method: linke or iso_14179_2."),
+    churning=shared.text_option("Method: changenet_velex or iso_14179_2."),
+)
 
 
 @shared.with_groups

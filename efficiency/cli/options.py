@@ -34,7 +34,7 @@ class OptionGroup:
     """Options passed to a command as one dictionary: keyword and annotation of each, and their check."""
 
     options: dict[str, Any]
-    check: Callable[[dict[str, Any]], None] = lambda given: None
+    check: Callable[[dict[str, Any]], None] | None = None
 
 
 def with_groups(command: Callable[..., None]) -> Callable[..., None]:
@@ -60,7 +60,8 @@ def with_groups(command: Callable[..., None]) -> Callable[..., None]:
     def grouped(**values: Any) -> None:
         for name, group in groups.items():
             values[name] = given({option: values.pop(option) for option in group.options})
-            group.check(values[name])
+            if group.check is not None:
+                group.check(values[name])
         command(**values)
 
     grouped.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
@@ -68,15 +69,25 @@ def with_groups(command: Callable[..., None]) -> Callable[..., None]:
     return grouped
 
 
+def group(check: Callable[[dict[str, Any]], None] | None = None, /, **options: Any) -> Any:
+    """Annotation of a parameter that receives those of the options that are given, as a dictionary."""
+    return Annotated[dict[str, Any], OptionGroup(options, check)]
+
+
 def text_option(text: str, panel: str | None = ADVANCED, name: str = "") -> Any:
     """Annotation of a text option; None if it is not given."""
     return Annotated[str | None, typer.Option(*filter(None, [name]), help=text, rich_help_panel=panel)]
 
 
-def misalignment_group(e: str, p: str, g: str, angle: str, panel: str | None = ADVANCED) -> OptionGroup:
+def switch(names: str, text: str) -> Any:
+    """Annotation of a switch in the advanced panel; None if it is not given."""
+    return Annotated[bool | None, advanced(names, help=text)]
+
+
+def misalignment_group(e: str, p: str, g: str, angle: str, panel: str | None = ADVANCED) -> Any:
     """Options of the misalignments with their help texts."""
-    texts = {"E": ("--E", e), "P": ("--P", p), "G": ("--G", g), "shaft_angle_error": ("--shaft-angle-error", angle)}
-    return OptionGroup({key: text_option(text, panel, name) for key, (name, text) in texts.items()})
+    shifts = {name: text_option(text, panel, f"--{name}") for name, text in (("E", e), ("P", p), ("G", g))}
+    return group(**shifts, shaft_angle_error=text_option(angle, panel))
 
 
 def check_files(files: Mapping[str, Any]) -> None:
@@ -98,17 +109,11 @@ def unit_system(units: str | None) -> Any:
     return one_of("units", units, "metric", "inch") or "metric"
 
 
-def file_options(*groups: Mapping[str, Any]) -> Any:
-    """Annotation of the options for `present`: ``--json`` and files."""
-    options = {name: option for group in groups for name, option in group.items()}
-    return Annotated[dict[str, Any], OptionGroup({"json_output": JsonOption} | options, check_files)]
-
-
 AxleArgument = shipped_argument("AXLE", "axles", "An axle file")
 BlankArgument = shipped_argument("FILE", "blanks", "A blank file")
 TargetsArgument = shipped_argument("TARGETS", "targets", "A targets file")
 DesignArgument = shipped_argument("DESIGN", "designs", "A design file")
-SideOption = Annotated[str, operation(help="Flanks that carry the load: drive or coast.")]
+SideOption = text_option("Flanks that carry the load: drive (default) or coast.", OPERATION)
 TemperatureOption = text_option("Oil temperature with its unit: '80 degC'.", OPERATION)
 OilOption = Annotated[
     str | None, operation(help="Oil card; default: that of the design.", autocompletion=names_of("oils"))
@@ -118,7 +123,7 @@ _POINT = {
     "speed": text_option("Pinion speed with its unit: '1500 rpm'.", OPERATION),
     "temperature": TemperatureOption,
 }
-PointOptions = Annotated[dict[str, Any], OptionGroup(_POINT)]
+PointOptions = group(**_POINT)
 ROUGHNESS = {
     "roughness_rms_each": text_option("Rq of the flanks of both members: '0.4 um'.", name="--roughness-each"),
     "roughness_rms_pinion": text_option("Rq of the pinion flanks.", name="--roughness-pinion"),
@@ -126,40 +131,24 @@ ROUGHNESS = {
 }
 LoadBalanceOption = text_option("Torque balance: frictional (default, with friction forces) or frictionless.")
 _HELD = {"oil": OilOption, **ROUGHNESS, "load_balance": LoadBalanceOption}
-HeldOptions = Annotated[dict[str, Any], OptionGroup(_HELD)]
-ConditionOptions = Annotated[
-    dict[str, Any],
-    OptionGroup(
-        {
-            **_POINT,
-            "side": text_option("Flanks that carry the load: drive (default) or coast.", OPERATION),
-            **_HELD,
-            "driver": text_option("Driving member: pinion or gear."),
-        }
-    ),
-]
-MisalignmentOptions = Annotated[
-    dict[str, Any],
-    misalignment_group(
-        "Shift E along the offset: '0.1 mm'.",
-        "Shift P along the pinion axis, from apex to heel.",
-        "Shift G along the gear axis, from apex to heel.",
-        "Change of the shaft angle: '2 arcmin'.",
-    ),
-]
+HeldOptions = group(**_HELD)
+CONDITIONS = {**_POINT, "side": SideOption, **_HELD, "driver": text_option("Driving member: pinion or gear.")}
+ConditionOptions = group(**CONDITIONS)
+MisalignmentOptions = misalignment_group(
+    "Shift E along the offset: '0.1 mm'.",
+    "Shift P along the pinion axis, from apex to heel.",
+    "Shift G along the gear axis, from apex to heel.",
+    "Change of the shaft angle: '2 arcmin'.",
+)
 FrictionOption = Annotated[
     str | None,
     typer.Option(
         help="Formula file or name, constant:0.05, a published formula, ehl, ehl:smooth; default: that of the oil."
     ),
 ]
-StrengthOption = Annotated[
-    bool,
-    advanced(
-        "--strength",
-        help="Add columns of worst grade, safety factors, integral temperature, specific film (0.1 s per point).",
-    ),
-]
+StrengthOption = switch(
+    "--strength", "Add columns of worst grade, safety factors, integral temperature, specific film (0.1 s per point)."
+)
 GradeOption = Annotated[
     int | None, advanced(help="ISO 1328-1 accuracy grade (1 to 11) of random flank deviations in each state.")
 ]
@@ -179,10 +168,13 @@ _TABLES = {
     "xlsx": Annotated[Path | None, output_option(help="Write all tables into one workbook.")],
     "csv": Annotated[Path | None, advanced(help="Folder for all tables as CSV.")],
 }
-_FIGURE = {"plot": Annotated[Path | None, output_option(help="Write the figure (PNG, SVG, PDF).")]}
-_REPORT = {"report": ReportOption}
-TableOptions, PageOptions, FileOptions = file_options(_TABLES), file_options(_PAGE), file_options(_PAGE, _TABLES)
-ReportOptions, FigureOptions = file_options(_REPORT, _TABLES), file_options(_FIGURE, _REPORT, _TABLES)
+FigureOption = Annotated[Path | None, output_option(help="Write the figure (PNG, SVG, PDF).")]
+# for `present`
+TableOptions = group(check_files, json_output=JsonOption, **_TABLES)
+PageOptions = group(check_files, json_output=JsonOption, **_PAGE)
+FileOptions = group(check_files, json_output=JsonOption, **_PAGE, **_TABLES)
+ReportOptions = group(check_files, json_output=JsonOption, report=ReportOption, **_TABLES)
+FigureOptions = group(check_files, json_output=JsonOption, plot=FigureOption, report=ReportOption, **_TABLES)
 FreshOption = Annotated[
     bool, advanced("--fresh", help="Delete the results of an earlier run in the folder and start again.")
 ]
@@ -249,6 +241,5 @@ def present(
 
 def refuse(what: str, options: Mapping[str, object]) -> None:
     """Raise an `InputError` for options that have no effect together with another choice."""
-    for name, value in options.items():
-        if value is not None and value is not False:
-            raise InputError(name, str(value), f"not together with {what}")
+    for name, value in given(options).items():
+        raise InputError(name, str(value), f"not together with {what}")

@@ -25,7 +25,7 @@ from efficiency.output.tables import (
 )
 from ehl.common.arrays import FloatArray
 from ehl.common.data import reason_text
-from ehl.common.figures import BLUE, GREY, ORANGE, axes_or_new, figure_of, new_figure, panels
+from ehl.common.figures import BLUE, GREY, ORANGE, axes_or_new, figure_of, panels
 from ehl.common.notes import Note
 from ehl.common.quantities import typeset_units
 from ehl.common.sections import Head, Item, KeyFigures, MainResult, Medium, Notes, Row, Section, Text, picture
@@ -90,21 +90,18 @@ def axis_limit(ends: FloatArray) -> float:
     return float(near.max())
 
 
-def plot_friction_along_mesh(comparison: Comparison) -> Figure:
+def plot_friction_along_mesh(comparison: Comparison) -> Axes:
     """Friction coefficient over one pinion pitch, one line per model."""
-    return _along(
-        comparison, [friction_along_mesh(result) for result in comparison.results], "friction coefficient [-]"
-    )
+    return _along(comparison, list(map(friction_along_mesh, comparison.results)), "friction coefficient [-]")
 
 
-def plot_loss_along_mesh(comparison: Comparison) -> Figure:
+def plot_loss_along_mesh(comparison: Comparison) -> Axes:
     """Power loss over one pinion pitch, one line per model."""
     return _along(comparison, [result.cycle.power_loss for result in comparison.results], "power loss [W]")
 
 
-def _along(comparison: Comparison, values: list[FloatArray], label: str) -> Figure:
-    figure = new_figure(7.0, 3.9 + 0.2 * len(values))
-    axes: Axes = figure.add_subplot()
+def _along(comparison: Comparison, values: list[FloatArray], label: str) -> Axes:
+    axes = axes_or_new(None, 7.0, 3.9 + 0.2 * len(values))
     shades = colormaps["viridis"](np.linspace(0.0, 0.9, max(len(values), 2)))
     for number, (result, line) in enumerate(zip(comparison.results, values, strict=True)):
         roll = result.cycle.pinion_angle / result.cycle.pitch
@@ -112,8 +109,8 @@ def _along(comparison: Comparison, values: list[FloatArray], label: str) -> Figu
         axes.plot(roll, line, label=comparison.rows[number].label, **style)
     axes.set(xlabel="pinion roll [pinion pitches]", ylabel=label, ylim=(0.0, None))
     axes.grid(alpha=0.3)
-    figure.legend(fontsize=8, frameon=False, loc="outside lower center")
-    return figure
+    figure_of(axes).legend(fontsize=8, frameon=False, loc="outside lower center")
+    return axes
 
 
 def plot_loss_by_region(comparison: Comparison) -> Figure:
@@ -141,11 +138,10 @@ def plot_loss_by_region(comparison: Comparison) -> Figure:
     return figure
 
 
-def plot_run_time(comparison: Comparison) -> Figure:
+def plot_run_time(comparison: Comparison) -> Axes:
     """Run time of friction and loss for each friction model, without geometry and load."""
     rows = [row for row in comparison.rows if row.kind == "mesh"][::-1]
-    figure = new_figure(7.0, 0.9 + 0.34 * len(rows))
-    axes: Axes = figure.add_subplot()
+    axes = axes_or_new(None, 7.0, 0.9 + 0.34 * len(rows))
     seconds = np.maximum([row.seconds for row in rows], 1e-5)
     bars = axes.barh(np.arange(len(rows)), seconds, color=BLUE)
     axes.bar_label(bars, [f"{value:.3g} s" for value in seconds], padding=4, fontsize=8)
@@ -153,7 +149,7 @@ def plot_run_time(comparison: Comparison) -> Figure:
     axes.set_xscale("log")
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.set(xlabel="run time of friction and loss [s]", xlim=(None, 6.0 * float(seconds.max())))
-    return figure
+    return axes
 
 
 _COMPARED = (

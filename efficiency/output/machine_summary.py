@@ -6,8 +6,6 @@ format that `efficiency.cutting.summary` reads.
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 import os
 from collections.abc import Iterator
@@ -25,6 +23,7 @@ from ehl.common.data import data_path
 from ehl.common.errors import InputError
 from ehl.common.files import write_file
 from ehl.common.quantities import quantity
+from ehl.common.table import Table
 from ehl.common.units import ValueRange
 from ehl.common.validation import locate_field, read_toml, validate
 
@@ -91,13 +90,9 @@ def write_summary(path: Path, design: Design, units: Units = "metric") -> None:
 
     Raises `InputError` if the file cannot be written.
     """
-    text = io.StringIO()
-    writer = csv.writer(text)
-    writer.writerow([f"# mixed-ehl machine summary v1; design={design.name}; units={units}"])
-    writer.writerow(["section", "name", "unit", *(flank.replace(" ", "_") for flank in FLANKS)])
-    for row in summary_rows(design, units):
-        writer.writerow([row.section, row.name, row.unit, *row.values])
-    write_file(path, text.getvalue())
+    heads = ["section", "name", "unit", *(flank.replace(" ", "_") for flank in FLANKS)]
+    table = Table(heads, [(row.section, row.name, row.unit, *row.values) for row in summary_rows(design, units)])
+    write_file(path, f"# mixed-ehl machine summary v1; design={design.name}; units={units}\n{table.csv()}")
 
 
 def _entries(model: BaseModel, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any, str, bool]]:

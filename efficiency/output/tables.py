@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from efficiency.loss.efficiency_result import EfficiencyResult, pair_notes
+from efficiency.loss.power_loss import friction_along_mesh
 from ehl.common.data import reason_text
 from ehl.common.quantities import quantity
 from ehl.common.sections import Notes
@@ -224,10 +225,7 @@ def remarks_table(results: Sequence[EfficiencyResult]) -> Table:
 
 def position_table(result: EfficiencyResult) -> Table:
     """One row per mesh position: load, pressure, transmission error, friction, loss, shares of tooth pairs, forces."""
-    loads, points = result.load.positions, result.points
-    count = len(loads)
-    work = np.bincount(points.position, points.force * points.speed_sliding, count)
-    lost = np.bincount(points.position, points.force * points.speed_sliding * result.friction.mu, count)
+    loads = result.load.positions
     shares = [load.share for load in loads]
     pairs = sorted({pair for share in shares for pair, part in share.items() if part > 0.0})
     columns: dict[Any, Any] = {
@@ -236,7 +234,7 @@ def position_table(result: EfficiencyResult) -> Table:
         "pairs loaded": [sum(part > 0.0 for part in share.values()) for share in shares],
         "pressure_hertz_max": [float(load.pressure_hertz.max()) for load in loads],
         "transmission_error_loaded": result.cycle.transmission_error,
-        "friction_coefficient_mean": np.divide(lost, work, out=np.full(count, np.nan), where=work > 0.0),
+        "friction_coefficient_mean": friction_along_mesh(result),
         "power_loss": result.cycle.power_loss,
         "power_loss_rolling": result.cycle.power_loss_rolling,
         "transmission_error_unloaded": [load.position.transmission_error for load in loads],

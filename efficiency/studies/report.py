@@ -70,10 +70,10 @@ def study_figures(study: Study) -> Iterator[Picture]:
         yield picture("causes", caption, causes_figure, study)
 
 
-def crossed_figure(study: Study, along: str, lines: str) -> Figure:
+def crossed_figure(study: Study, along: str, lines: str) -> Axes:
     """Efficiency along one parameter, one line for each value of another, one panel for each design."""
-    figure = new_figure(1.6 + 4.2 * len(study.designs), 3.9)
-    all_axes = np.atleast_1d(figure.subplots(1, len(study.designs), sharey=True))
+    count = len(study.designs)
+    all_axes = panels(count, count, (1.6, 0.0), (4.2, 3.9), sharey=True)
     levels = getattr(study.levels, lines)
     shades = colormaps["viridis"](np.linspace(0.05, 0.85, max(len(levels), 2)))
     for axes, design in zip(all_axes, study.designs, strict=True):
@@ -87,7 +87,7 @@ def crossed_figure(study: Study, along: str, lines: str) -> Figure:
     all_axes[0].set_ylabel("mesh efficiency [%]")
     place = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)}
     all_axes[-1].legend(title=level_quantity(lines).label, fontsize=8, title_fontsize=8, frameon=False, **place)
-    return figure
+    return all_axes[0]
 
 
 def designs_figure(study: Study) -> Axes:
