@@ -21,7 +21,6 @@ _AxleOptions: Any = shared.group(
 )
 
 
-@shared.with_groups
 def loss_map(
     *,
     design: shared.DesignArgument,
@@ -45,7 +44,6 @@ def loss_map(
     shared.present(found, **files)
 
 
-@shared.with_groups
 def axle_test(
     *,
     design: shared.DesignArgument,
@@ -93,7 +91,6 @@ _MethodOptions: Any = shared.group(
 )
 
 
-@shared.with_groups
 def axle(
     *,
     axle: shared.AxleArgument,

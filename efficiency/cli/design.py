@@ -16,7 +16,6 @@ from ehl.common import console
 PAIRS = ("fh_hypoid_9x34_relieved", "fh_hypoid_9x34_offset_10_relieved")
 
 
-@shared.with_groups
 def blank(
     *,
     file: shared.BlankArgument,
@@ -38,7 +37,6 @@ _SizingBox: Any = shared.group(
 )
 
 
-@shared.with_groups
 def settings(
     *,
     targets: shared.TargetsArgument,
@@ -104,7 +102,6 @@ _FormulaFile: Any = shared.group(
 )
 
 
-@shared.with_groups
 def export(
     *,
     design: Annotated[
@@ -208,7 +205,6 @@ _StateFiles: Any = shared.group(
 )
 
 
-@shared.with_groups
 def misalignment(
     *,
     design: shared.DesignArgument,
@@ -251,7 +247,6 @@ _StudyOptions: Any = shared.group(
 )
 
 
-@shared.with_groups
 def study(
     *,
     designs: Annotated[
@@ -319,7 +314,6 @@ _SearchBox: Any = shared.misalignment_group(
 )
 
 
-@shared.with_groups
 def optimise(
     *,
     targets: shared.TargetsArgument,

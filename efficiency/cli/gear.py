@@ -34,7 +34,6 @@ def _pair(design: str, misalignment: dict[str, Any]) -> efficiency.GearPair:
     return efficiency.load(design).misaligned(**misalignment)
 
 
-@shared.with_groups
 def gear(
     *,
     design: shared.DesignArgument,
@@ -101,7 +100,6 @@ _MapOptions: Any = shared.group(
 )
 
 
-@shared.with_groups
 def map_points(
     *,
     design: shared.DesignArgument,
@@ -131,7 +129,6 @@ _RecordingOptions: Any = shared.group(
 )
 
 
-@shared.with_groups
 def duty(
     *,
     design: shared.DesignArgument,
@@ -152,7 +149,6 @@ def duty(
     shared.present(cycle, **files)
 
 
-@shared.with_groups
 def geometry(
     *,
     design: shared.DesignArgument,
@@ -172,7 +168,6 @@ def _refuse_lists(conditions: dict[str, str]) -> None:
             raise InputError(name, text, "one value", "Use mixed-ehl map for lists and ranges.")
 
 
-@shared.with_groups
 def compare(
     *,
     design: shared.DesignArgument,
