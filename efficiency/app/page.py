@@ -236,7 +236,7 @@ class Page:
             element.error = "see above" if name in fields else None
 
     async def refresh(self) -> None:
-        """Compute the current scene; of the scenes set meanwhile the last one follows."""
+        """Compute the current scene; of scenes set during the computation only the last one is computed next."""
         if self.busy:
             self.waiting = True
             return
@@ -419,7 +419,7 @@ class AxleTab:
         return {name: str(element.value or "") for name, element in self.inputs.items()}
 
     async def refresh(self) -> None:
-        """Compute the result of the current inputs, repeatedly if they change meanwhile."""
+        """Compute the result of the current inputs, again if they change during the computation."""
         if self.busy:
             return
         self.busy, texts = True, dict[str, str]()

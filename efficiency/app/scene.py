@@ -381,7 +381,7 @@ class Bench:
         return found
 
     def map(
-        self, scene: Scene, heard: Callable[[float], None] = lambda share: None
+        self, scene: Scene, progress: Callable[[float], None] = lambda share: None
     ) -> tuple[list[float], list[float], list[list[float]]]:
         """Efficiency in % over torque [N m] and speed [rpm], from a fifth of the scene's to 1.4 times of it."""
         base = self.answer(scene)
@@ -392,7 +392,7 @@ class Bench:
         torques, speeds = [float(f"{x:.3g}") for x in torque * share], [float(f"{x:.3g}") for x in speed * share]
         axes = {"torque": torques, "speed": [f"{v} rpm" for v in speeds]}
         grid = base.loaded.mesh.over(
-            base.friction, progress=lambda p: heard(p.done / p.total), **scene.conditions | axes
+            base.friction, progress=lambda state: progress(state.done / state.total), **scene.conditions | axes
         )
         return torques, speeds, (100.0 * grid.values()).tolist()
 
@@ -424,7 +424,7 @@ class Bench:
     def design_text(self, scene: Scene) -> str:
         """The design with the operating point, finish and alignment of the scene, as a design file.
 
-        Profiles and other files that the design names stand as they are.
+        Names of profiles and other files in the design are not changed.
         """
         source = self._source(scene.design)
         made = self.settings(scene)
@@ -452,7 +452,7 @@ class Bench:
         return toml_text(content)
 
     def contact(self, scene: Scene) -> Contact:
-        """Film and pressure of the contact with the largest loss, solved smooth, which takes a second."""
+        """Film and pressure of the contact with the largest loss, solved smooth (about a second)."""
         answer = self.answer(scene)
         state, result = answer.result.points.state, answer.result
         at = int(np.argmax(result.friction.mu * state.load_per_length * result.points.speed_sliding))
@@ -483,7 +483,7 @@ def _sentence(scene: Scene, name: str, error: InputError) -> str:
         return str(error)
     unit, label = FIELDS.get(name, ("", CHOICES.get(name, name)))
     allowed = error.allowed
-    if unit:  # ranges in the unit of the field, which takes no other
+    if unit:  # ranges in the unit of the field, the only one that it accepts
         allowed = _LIMIT.sub(
             lambda found: f"{_text(name, float(found[1]), 4)} {unit}", allowed.partition(" (a number")[0]
         )

@@ -59,7 +59,7 @@ class BearingInput(InputModel):
     # where its load acts on the shaft (of a tapered roller bearing the pressure centre): from the crossing point of the
     # axes along the axis, positive towards the teeth; of a cylindrical pair from the middle of the face [m]
     position: Place
-    # axial forces of the shaft it takes: those away from that point along positive positions, against them, both
+    # axial forces of the shaft that it carries: those away from that point along positive positions, against them, both
     thrust: Literal["outwards", "inwards", "both", "none"] = "none"
     # [m]
     bore: Length

@@ -117,7 +117,7 @@ class Conditions:
 
     @classmethod
     def of(cls, design: PairDesign, given: Mapping[str, Any]) -> Conditions:
-        """Conditions from the keywords of `ConditionValues`; those of the design where not given or None.
+        """Conditions from the keywords of `ConditionValues`; those of the design if not given or None.
 
         Raises `InputError`: an unknown name or an invalid value.
         """

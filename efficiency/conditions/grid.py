@@ -308,7 +308,7 @@ class Evaluator:
         try:
             results = self.at(conditions)
         except ConvergenceError as error:
-            if len(conditions) > 1:  # each by itself: others may converge
+            if len(conditions) > 1:  # one by one: others may converge
                 return [point for condition in conditions for point in self._points([condition])]
             return [GridPoint(dict(conditions[0]), None, error.reason, error.detail)]
         return list(map(self._point, conditions, results))

@@ -26,7 +26,7 @@ class InvolutePair:
     helix_angle: float  # at the reference cylinder; 0 for spur gears
     profile_shift: tuple[float, float]  # x [-]
     face_width: float
-    centre_distance: float | None = None  # without backlash where not given
+    centre_distance: float | None = None  # without backlash if not given
     # of the basic rack over the module [-]
     addendum: tuple[float, float] = (1.0, 1.0)
     dedendum: tuple[float, float] = (1.25, 1.25)
@@ -153,7 +153,7 @@ class InvolutePair:
     def half_angle(self, member: int, radius: float) -> float:
         """Half the angle that a tooth of pinion (0) or gear (1) fills at a radius, transverse [rad].
 
-        Below the base circle the flanks go on radially.
+        Below the base circle the flanks continue radially.
         """
         z, x = self.teeth[member], self.profile_shift[member]
         at = math.acos(min(1.0, self.base[member] / radius))
