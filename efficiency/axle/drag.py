@@ -123,7 +123,7 @@ def changenet_velex_loss(wheels: tuple[Wheel, Wheel], bath: OilBath) -> float:
 
 
 def iso_14179_2_loss(wheels: tuple[Wheel, Wheel], bath: OilBath) -> float:
-    """Churning loss of the stage [W]: one torque on the shaft of the gear, or of the pinion if the gear is not immersed.
+    """Churning loss of the stage [W]: one torque on the gear shaft, or on the pinion shaft if the gear is not immersed.
 
     Applied to each gear separately, b^3 would count twice, and a small fast pinion would cause most of the loss.
     """
