@@ -31,6 +31,7 @@ from efficiency.axle.result import OUTSIDE, AxleResult
 from efficiency.design.design import MISALIGNMENTS
 from ehl.common.data import data_names, reason_text
 from ehl.common.errors import InputError, MixedEhlError
+from ehl.common.progress import Progress
 from ehl.common.quantities import rounded
 from ehl.common.units import KELVIN
 from regression.friction.published_registry import model_label
@@ -304,10 +305,10 @@ class Page:
     async def _draw_map(self) -> None:
         self.map_button.disable()
         self.progress.set_visibility(True)
-        share = [0.0]
-        watch = ui.timer(0.2, lambda: self.progress.set_value(share[0]))
+        states = [Progress("points", 0, 1)]
+        watch = ui.timer(0.2, lambda: self.progress.set_value(states[-1].done / states[-1].total))
         scene = self.scene
-        found = await self._try(lambda: self.bench.map(scene, lambda done: share.__setitem__(0, done)))
+        found = await self._try(lambda: self.bench.map(scene, states.append))
         watch.cancel()
         self.progress.set_visibility(False)
         self.map_button.enable()

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import re
 import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -34,6 +34,7 @@ from ehl.common.data import data_names, data_path
 from ehl.common.errors import InputError, MixedEhlError
 from ehl.common.files import toml_text
 from ehl.common.notes import Note
+from ehl.common.progress import ProgressCallback
 from ehl.common.quantities import to_display
 from ehl.common.units import UNITS
 from ehl.common.validation import read_toml
@@ -381,7 +382,7 @@ class Bench:
         return found
 
     def map(
-        self, scene: Scene, progress: Callable[[float], None] = lambda share: None
+        self, scene: Scene, progress: ProgressCallback | None = None
     ) -> tuple[list[float], list[float], list[list[float]]]:
         """Efficiency in % over torque [N m] and speed [rpm], from a fifth of the scene's to 1.4 times of it."""
         base = self.answer(scene)
@@ -391,9 +392,7 @@ class Bench:
         share = np.linspace(0.2, 1.4, MAP_STEPS)
         torques, speeds = [float(f"{x:.3g}") for x in torque * share], [float(f"{x:.3g}") for x in speed * share]
         axes = {"torque": torques, "speed": [f"{v} rpm" for v in speeds]}
-        grid = base.loaded.mesh.over(
-            base.friction, progress=lambda state: progress(state.done / state.total), **scene.conditions | axes
-        )
+        grid = base.loaded.mesh.over(base.friction, progress=progress, **scene.conditions | axes)
         return torques, speeds, (100.0 * grid.values()).tolist()
 
     def script(self, scene: Scene) -> str:

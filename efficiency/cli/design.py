@@ -125,7 +125,7 @@ def export(
         return
     shared.refuse("a design", of_formula)
     member = shared.one_of("member", of_design.pop("member", "both"), "pinion", "gear", "both")
-    members = ("pinion", "gear") if member == "both" else (member,)
+    members: Any = ("pinion", "gear") if member == "both" else (member,)
     if "what" in of_design:
         text = of_design["what"]
         of_design["what"] = [part.strip() for part in text.split(",") if part.strip()]
@@ -226,10 +226,10 @@ def misalignment(
 
 
 _StudyLevels: Any = shared.group(
-    torque=shared.text_option("Pinion torques, '50, 100, 200 N m' or '50:250:5 N m'.", shared.OPERATION),
-    speed=shared.text_option("Pinion speeds.", shared.OPERATION),
-    temperature=shared.text_option("Oil temperatures.", shared.OPERATION),
-    roughness_rms_each=shared.text_option("Rq of each flank: '0.2, 0.4 um'.", shared.OPERATION, "--roughness-each"),
+    torque=shared.text_option("Pinion torques, '50, 100, 200 N m' or '50:250:5 N m'.", console.OPERATION),
+    speed=shared.text_option("Pinion speeds.", console.OPERATION),
+    temperature=shared.text_option("Oil temperatures.", console.OPERATION),
+    roughness_rms_each=shared.text_option("Rq of each flank: '0.2, 0.4 um'.", console.OPERATION, "--roughness-each"),
 )
 _StudyShifts: Any = shared.misalignment_group(
     "Shift E along the offset: '-0.1, 0.1 mm'; '0 mm': none.",
@@ -243,7 +243,7 @@ _StudyOptions: Any = shared.group(
     side=shared.SideOption,
     load_balance=shared.LoadBalanceOption,
     strength=shared.StrengthOption,
-    jobs=shared.JobsOption,
+    jobs=console.JobsOption,
 )
 
 
@@ -289,7 +289,7 @@ _SearchOptions: Any = shared.group(
             help="Duty cycle, CSV or XLSX: torque, speed, temperature, hours. Default: the targets' operating point.",
         ),
     ],
-    friction=shared.text_option("Friction formula; default: the one shipped for the oil.", shared.OPERATION),
+    friction=shared.text_option("Friction formula; default: the one shipped for the oil.", console.OPERATION),
     oil=shared.OilOption,
     over=shared.text_option(
         "Loss over the box of misalignments: mean (default) or worst; other quantities: always worst."
@@ -303,8 +303,8 @@ _SearchOptions: Any = shared.group(
     ),
     seed=Annotated[int | None, console.advanced(min=0, help="Seed of the random numbers; default 1.")],
     sized=shared.switch("--sized", "First size the start for its torque, as `settings --sized` does."),
-    jobs=shared.JobsOption,
-    dask=shared.DaskOption,
+    jobs=console.JobsOption,
+    dask=console.DaskOption,
 )
 _SearchBox: Any = shared.misalignment_group(
     "Half width of E in the misalignment box; default '0.05 mm', '0 mm' for none.",

@@ -10,6 +10,7 @@ import typer
 import efficiency
 from efficiency.cli import options as shared
 from ehl import InputError
+from ehl.common import console
 from ehl.common.console import advanced, check_outputs, fail_unless_converged, is_list, working
 
 LoadFromOption = Annotated[Path | None, advanced(help="CSV file with a load distribution of another program.")]
@@ -197,7 +198,7 @@ def compare(
 
 def demo(
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the results.")] = Path("mixed-ehl-demo"),
-    jobs: shared.JobsOption = None,
+    jobs: console.JobsOption = None,
 ) -> None:
     """Run a complete example: sweep, fit, gear, compare, one HTML report."""
     kept = f"solved contacts are kept in {output}, the same command resumes"

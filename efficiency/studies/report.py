@@ -85,7 +85,7 @@ def crossed_figure(study: Study, along: str, lines: str) -> Axes:
         axes.title.set_fontsize(9)
         axes.grid(alpha=0.3)
     all_axes[0].set_ylabel("mesh efficiency [%]")
-    place = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)}
+    place: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)}
     all_axes[-1].legend(title=level_quantity(lines).label, fontsize=8, title_fontsize=8, frameon=False, **place)
     return all_axes[0]
 
