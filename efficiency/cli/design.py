@@ -16,11 +16,7 @@ from ehl.common import console
 PAIRS = ("fh_hypoid_9x34_relieved", "fh_hypoid_9x34_offset_10_relieved")
 
 
-def blank(
-    *,
-    file: shared.BlankArgument,
-    files: shared.ReportOptions,
-) -> None:
+def blank(*, file: shared.BlankArgument, files: shared.ReportOptions) -> None:
     """Blank of a bevel or hypoid pair after ISO 23509: cones, depths, thicknesses, contact ratios, warnings.
 
     The files and the report contain the gear data for the drawings of both members.

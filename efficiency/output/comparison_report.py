@@ -257,19 +257,12 @@ def comparison_sections(comparison: Comparison, medium: Medium) -> list[Section]
         picture("friction_along_mesh", weighted, plot_friction_along_mesh, comparison),
         picture("loss_along_mesh", "Power loss at each position of a pinion pitch.", plot_loss_along_mesh, comparison),
     ]
+    head = Head(f"Friction models compared: {comparison.design}", point)
+    tiles = KeyFigures([_tile(row) for row in mesh[:10]])
     bars = picture("comparison", CAPTION, plot_comparison, comparison)
     run_time = picture("run_time", "One run each; geometry and load are shared.", plot_run_time, comparison)
     return [
-        Section(
-            "",
-            [
-                Head(f"Friction models compared: {comparison.design}", point),
-                _answer(comparison),
-                Text(_sentence(comparison)),
-                KeyFigures([_tile(row) for row in mesh[:10]]),
-                notes,
-            ],
-        ),
+        Section("", [head, _answer(comparison), Text(_sentence(comparison)), tiles, notes]),
         Section("Power loss", [bars, replace(models_table(comparison), title=""), Text(shared), *duty]),
         Section("Along the mesh", [Row(along)]),
         Section("Loss by region of the flank", [picture("loss_by_region", REGIONS, plot_loss_by_region, comparison)]),

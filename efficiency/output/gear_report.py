@@ -160,7 +160,7 @@ def _strength_figures(flank: FlankMap) -> Iterator[Picture]:
         yield from _fields(flank, film_specific=caption)
 
 
-def page_sections(result: EfficiencyResult, grid: Grid | None = None, units: Units = "metric") -> list[Section]:
+def page_sections(result: EfficiencyResult, grid: Grid | None, units: Units) -> list[Section]:
     """Sections of the page of one operating point; for a map, its sections and one of its points in detail."""
     design, placed = design_of(result), ""
     flank: FlankMap | None = None
@@ -176,28 +176,20 @@ def page_sections(result: EfficiencyResult, grid: Grid | None = None, units: Uni
     on_tooth: list[Section] = []
     if flank is not None and flank.drawable:
         on_tooth = [
-            Section("Contact under load", [Row(list(load_figures(flank)))]),
-            Section("Lubrication, friction and loss on the tooth", [Row(list(loss_figures(flank)))]),
+            Section("Contact under load", [Row(load_figures(flank))]),
+            Section("Lubrication, friction and loss on the tooth", [Row(loss_figures(flank))]),
         ]
+    figures = replace(tables.efficiency_table(result), title="", notes=())
+    ranges = replace(tables.range_table(result), title="")
+    positions = Folded("Positions of a pinion pitch", [tables.position_table(result)])
     return [
         Section("", [head, _inputs_table(result, design), *_headline(result, of_design, grid)]),
         *([Section("Efficiency over torque, speed and temperature", _map_items(grid, result))] if grid else []),
         *on_tooth,
         *([Section("Uncertainty of the inputs", _input_items(result))] if result.inputs.sources else []),
-        *([Section("Strength", _strength_items(result, flank))] if flank is not None and result.case.mesh else []),
+        *([Section("Strength", _strength_items(result, flank))] if flank is not None else []),
         Section("Mesh cycle", [Row(mesh_figures(result)), *_force_items(result)]),
-        Section(
-            "Numerical results",
-            [
-                Row(
-                    [
-                        replace(tables.efficiency_table(result), title="", notes=()),
-                        replace(tables.range_table(result), title=""),
-                    ]
-                ),
-                Folded("Positions of a pinion pitch", [tables.position_table(result)]),
-            ],
-        ),
+        Section("Numerical results", [Row([figures, ranges]), positions]),
         Section("Design", of_teeth),
         Section("Method", _model_items(result)),
     ]

@@ -58,36 +58,30 @@ def _contacts(result: DemoResult) -> Section:
     report = result.run.reports[0]
     heated = int((~frame["skipped"].str.contains("heat")).sum())
     friction_error = frame["friction_error"]
-    return Section(
-        "Contacts",
-        [
-            Text(
-                f"{report.total} line contacts, sampled by a scrambled Sobol sequence over the operating range of the "
-                "contact points of the pair. Each contact is solved as a smooth film, with heat where an estimate "
-                f"predicts a relevant effect ({heated} of {len(frame)}), and then transiently with both rough "
-                f"surfaces. {result.run.unanswered} contacts failed. The numerical error of the friction coefficient "
-                f"is {100 * friction_error.median():.2g} % (median) and at most {100 * friction_error.max():.2g} %. It "
-                "comprises the discretisation and the neglected heat, but not the data of oil and surfaces."
-            ),
-            Row(
-                [
-                    picture("", "Friction of all contacts of the sweep.", plot_friction, result.dataset),
-                    picture("", "Friction: formula over computed.", plot_parity, result.dataset, result.formulas),
-                ]
-            ),
-        ],
+    text = (
+        f"{report.total} line contacts, sampled by a scrambled Sobol sequence over the operating range of the contact "
+        "points of the pair. Each contact is solved as a smooth film, with heat where an estimate predicts a relevant "
+        f"effect ({heated} of {len(frame)}), and then transiently with both rough surfaces. {result.run.unanswered} "
+        f"contacts failed. The numerical error of the friction coefficient is {100 * friction_error.median():.2g} % "
+        f"(median) and at most {100 * friction_error.max():.2g} %. It comprises the discretisation and the neglected "
+        "heat, but not the data of oil and surfaces."
     )
+    figures = [
+        picture("", "Friction of all contacts of the sweep.", plot_friction, result.dataset),
+        picture("", "Friction: formula over computed.", plot_parity, result.dataset, result.formulas),
+    ]
+    return Section("Contacts", [Text(text), Row(figures)])
 
 
 def _formulas(result: DemoResult) -> Section:
     best = result.formulas[0]
+    text = (
+        "Each family is fitted to the same contacts and assessed by cross-validation over cells of pressure and radius."
+    )
     return Section(
         "Friction formula",
         [
-            Text(
-                "Each family is fitted to the same contacts and assessed on held-out cases: cells of pressure and "
-                "radius are held out in turn."
-            ),
+            Text(text),
             family_table(result.formulas),
             picture("", "Held-out errors by band of each variable, with the number of cases.", plot_bands, best),
             Folded("Errors by region", [band_table(best)]),
@@ -104,15 +98,9 @@ def _provenance(result: DemoResult) -> Section:
         ("solver", best.data.solver_version),
         *((f"time: {step}", f"{value:.1f} s") for step, value in result.seconds.items()),
     ]
-    neglected = "; ".join(result.gear.skipped)
-    return Section(
-        "Provenance",
-        [
-            Table(("item", "value"), rows),
-            Text(f"Effects that the gear model neglects: {neglected}."),
-            Text("Files in the same folder: run/ (contacts), formula_*.json (formulas), demo.json (all figures)."),
-        ],
-    )
+    neglected = Text(f"Effects that the gear model neglects: {'; '.join(result.gear.skipped)}.")
+    files = Text("Files in the same folder: run/ (contacts), formula_*.json (formulas), demo.json (all figures).")
+    return Section("Provenance", [Table(("item", "value"), rows), neglected, files])
 
 
 DESIGN = "fm_spiral_bevel_14x39_relieved"
