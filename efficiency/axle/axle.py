@@ -7,7 +7,7 @@ import math
 from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal, get_args
 
@@ -123,7 +123,8 @@ class Axle:
         self.input = axle if isinstance(axle, AxleInput) else load_axle(axle)
         self.methods = validate(MethodsInput, self.input.methods.model_dump() | dict(methods or {}), "methods")
         self.pair, self._grid = load(self.input.pair), grid
-        self._wrench, self._oil_at = cache(self._mean_wrench), cache(self._properties)
+        self._wrenches: dict[tuple[Side, float], FloatArray] = {}
+        self._fluids: dict[float, tuple[float, float, bool]] = {}
 
     def __repr__(self) -> str:
         methods = ", ".join(f"{name} {method}" for name, method in self.methods)
@@ -317,10 +318,12 @@ class Axle:
     def _oil(self) -> Oil:
         return Oil.load(self.pair.design.operation.oil)
 
-    def _properties(self, kelvin: float) -> tuple[float, float, bool]:
+    def _oil_at(self, kelvin: float) -> tuple[float, float, bool]:
         """Kinematic viscosity [m^2/s], density [kg/m^3] and whether the base oil is synthetic."""
-        oil, synthetic = self._oil, self._oil.base not in ("mineral", "hydrocracked")
-        return float(oil.viscosity_kinematic(kelvin)), float(oil.density(kelvin)), synthetic
+        if kelvin not in self._fluids:
+            oil, synthetic = self._oil, self._oil.base not in ("mineral", "hydrocracked")
+            self._fluids[kelvin] = float(oil.viscosity_kinematic(kelvin)), float(oil.density(kelvin)), synthetic
+        return self._fluids[kelvin]
 
     def _loads_at(self, row: DutyRow, nodes: Sequence[float] = ()) -> list[list[tuple[float, float]]]:
         """Radial and axial load of the bearings of both shafts [N].
@@ -393,14 +396,16 @@ class Axle:
             slope = max((excess - above[1]) / (above[0] - place), 0.1 * slope)
         return bracketed_root(left, (place, excess), above, BALANCED) if excess > 0.0 else place
 
-    def _mean_wrench(self, side: Side, torque: float) -> FloatArray:
+    def _wrench(self, side: Side, torque: float) -> FloatArray:
         """Mean mesh force and moment on both shafts (2, 6) [N], [N m], at a pinion torque above zero."""
-        loaded = self._mesh(side).load(torque)
-        axes = loaded.grids.mesh.axes
-        if axes is None or loaded.grids.coarse.reason:
-            raise ConvergenceError(loaded.grids.coarse.reason or "no_axes", f"{self.name} at {torque:g} N m")
-        on_both = [shaft_wrenches(loaded.grids.coarse, *on)[0] for on in zip(axes, (-1.0, 1.0), strict=True)]
-        return np.asarray(np.mean(on_both, axis=1))
+        if (side, torque) not in self._wrenches:
+            loaded = self._mesh(side).load(torque)
+            axes = loaded.grids.mesh.axes
+            if axes is None or loaded.grids.coarse.reason:
+                raise ConvergenceError(loaded.grids.coarse.reason or "no_axes", f"{self.name} at {torque:g} N m")
+            on_both = [shaft_wrenches(loaded.grids.coarse, *on)[0] for on in zip(axes, (-1.0, 1.0), strict=True)]
+            self._wrenches[side, torque] = np.mean(on_both, axis=1)
+        return self._wrenches[side, torque]
 
     def _result(
         self, kind: Kind, rows: Sequence[DutyRow], meshes: Sequence[_MeshLoss], nodes: _Nodes | None = None
