@@ -98,12 +98,8 @@ class Levels:
     def reference(self, design: Design) -> dict[str, float]:
         """The level of each operating parameter nearest to that of the design."""
         own = design.operation
-        values = {
-            "torque": own.torque,
-            "speed": own.speed,
-            "temperature": own.temperature,
-            "roughness_rms_each": design.pinion.roughness_rms,
-        }
+        values = {"torque": own.torque, "speed": own.speed, "temperature": own.temperature}
+        values["roughness_rms_each"] = design.pinion.roughness_rms
         return {name: min(getattr(self, name), key=lambda level: abs(level - value)) for name, value in values.items()}
 
     def shifts(self) -> list[dict[str, Any]]:
