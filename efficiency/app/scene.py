@@ -19,7 +19,7 @@ import numpy as np
 
 from efficiency.axle.axle import BALANCE, Axle
 from efficiency.axle.result import SOURCES, AxleResult
-from efficiency.conditions.conditions import default_friction
+from efficiency.conditions.conditions import checked, default_friction
 from efficiency.design.design import MISALIGNMENTS, Design, bevel_names
 from efficiency.loss.efficiency_result import EfficiencyResult, pair_notes
 from efficiency.machine_settings.inputs import SettingsInput, load_targets, targets_next_to
@@ -30,8 +30,8 @@ from efficiency.optimisation.problem import VARIABLES, start_value, with_values
 from efficiency.output.flank_map import FlankMap
 from efficiency.output.tables import result_notes
 from efficiency.pair import GearPair
-from ehl.common.data import data_names, data_path
-from ehl.common.errors import InputError, MixedEhlError
+from ehl.common.data import data_names, data_path, named_file
+from ehl.common.errors import InputError, MixedEhlError, check_choice
 from ehl.common.files import toml_text
 from ehl.common.notes import Note
 from ehl.common.progress import ProgressCallback
@@ -74,24 +74,11 @@ class Scene:
     hypoid_offset: str = _number("mm", "hypoid offset")
 
     def values(self, *names: str) -> dict[str, str]:
-        """Fields that are not empty, with their units; `InputError` with all invalid numbers."""
-        found, wrong = {}, []
-        for name in names:
-            text = str(getattr(self, name)).strip()
-            if not text:
-                continue
-            unit, _ = FIELDS[name]
-            try:
-                number = float(text)
-            except ValueError:
-                number = math.nan
-            if not math.isfinite(number):
-                shown = text if len(text) <= _LONGEST else text[:_LONGEST] + "…"
-                wrong.append(InputError(name, shown, f"a number {f'in {unit}' if unit else ''}".strip()))
-                continue
-            found[name] = f"{number:.12g} {unit}".strip()
-        if wrong:
-            raise InputError.of(wrong)
+        """Fields that are not empty, with their units; `InputError` for a value that cannot be used."""
+        texts = {name: getattr(self, name).strip() for name in names}
+        found = {name: f"{text} {FIELDS[name][0]}".strip() for name, text in texts.items() if text}
+        for name, text in found.items():
+            checked(name, text)
         return found
 
     @property
@@ -212,8 +199,7 @@ class Bench:
 
     def pair(self, design: str) -> GearPair:
         """The pair of a name: a shipped one, or the file of the command line."""
-        if design not in self.designs:
-            raise InputError("design", design[:_LONGEST], "one of " + ", ".join(self.designs))
+        check_choice("design", design, self.designs)
         return self._pair(design)
 
     def start(self, design: str | None = None) -> Scene:
@@ -297,8 +283,7 @@ class Bench:
     def axle(self, texts: Mapping[str, str]) -> tuple[Axle, dict[str, str]]:
         """A shipped axle with the methods of the tab, and the operating point."""
         name = texts["axle"]
-        if name not in data_names("axles"):
-            raise InputError("axle", name[:_LONGEST], "one of " + ", ".join(data_names("axles")))
+        check_choice("axle", name, data_names("axles"))
         point = {"torque": f"{texts['torque']} N m", "speed": f"{texts['speed']} rpm"}
         kelvin = texts["temperature"]
         point["temperature"] = kelvin if kelvin == BALANCE else f"{kelvin} degC"
@@ -356,15 +341,14 @@ class Bench:
         """Name of the oil: a shipped one, or that of the design."""
         own = self.pair(scene.design).design.operation.oil
         name = scene.oil or own
-        if name not in (*data_names("oils"), own):
-            raise InputError("oil", name[:_LONGEST], "one of " + ", ".join(data_names("oils")))
+        check_choice("oil", name, (*data_names("oils"), own))
         return name
 
     def friction(self, scene: Scene) -> str:
         """Name of the friction model: a shipped or a published formula, or a constant, no file."""
         name = scene.friction or default_friction(self.oil(scene))
-        if name.partition(":")[0] != "constant" and name not in FRICTIONS:
-            raise InputError("friction", name[:_LONGEST], "constant:VALUE, or one of " + ", ".join(FRICTIONS))
+        if name.partition(":")[0] != "constant":
+            check_choice("friction", name, FRICTIONS)
         return name
 
     def compared(self, scene: Scene) -> list[tuple[str, float, float, float]]:
@@ -425,13 +409,9 @@ class Bench:
 
         Names of profiles and other files in the design are not changed.
         """
-        source = self._source(scene.design)
         made = self.settings(scene)
-        content = (
-            tomllib.loads(made.text)
-            if made is not None
-            else read_toml(source if isinstance(source, Path) else data_path("designs", f"{source}.toml"))
-        )
+        source = named_file("design", "designs", self._source(scene.design))
+        content = read_toml(source) if made is None else tomllib.loads(made.text)
         operation = content.setdefault("operation", {})
         conditions, torque = scene.conditions, scene.values("torque")
         operation.update(
@@ -465,9 +445,10 @@ class Bench:
 
 def _finished(design: Design, finish: str) -> Design:
     """The design with a finish of `FINISHES`, or as it is."""
-    if finish and finish not in FINISHES:
-        raise InputError("finish", finish[:_LONGEST], "one of " + "; ".join(FINISHES))
-    return design.with_finish(*FINISHES[finish]) if finish else design
+    if not finish:
+        return design
+    check_choice("finish", finish, FINISHES)
+    return design.with_finish(*FINISHES[finish])
 
 
 def _field(name: str) -> str:
@@ -481,14 +462,15 @@ def _sentence(scene: Scene, name: str, error: InputError) -> str:
     if not name:
         return str(error)
     unit, label = FIELDS.get(name, ("", CHOICES.get(name, name)))
-    allowed = error.allowed
-    if unit:  # ranges in the unit of the field, the only one that it accepts
+    allowed, hint = error.allowed, "" if unit == "degC" else error.hint  # of unit-less numbers in files
+    if unit and allowed.startswith("a number"):
+        allowed, hint = f"a number in {unit}", ""
+    elif unit:  # ranges in the unit of the field, the only one that it accepts
         allowed = _LIMIT.sub(
             lambda found: f"{_text(name, float(found[1]), 4)} {unit}", allowed.partition(" (a number")[0]
         )
     typed = str(getattr(scene, name))
     shown = typed if len(typed) <= _LONGEST else typed[:_LONGEST] + "…"
-    hint = "" if unit == "degC" else error.hint  # of unit-less numbers in files
     return f"{label}{f' [{unit}]' if unit else ''} = {shown!r} cannot be used; allowed: {allowed}. {hint}".strip()
 
 
@@ -500,8 +482,6 @@ def _text(name: str, value: float, digits: int = 6) -> str:
 
 def changed(scene: Scene, **values: str) -> Scene:
     """A scene with other texts; unknown names and texts longer than a field are rejected."""
-    known = {one.name for one in fields(Scene)}
     for name in values:
-        if name not in known:
-            raise InputError("field", name, "one of " + ", ".join(sorted(known)))
+        check_choice("field", name, (one.name for one in fields(Scene)))
     return replace(scene, **{name: str(value or "") for name, value in values.items()})

@@ -79,8 +79,7 @@ def _axle(options: dict[str, Any]) -> Any:
     table = options.pop("axle_losses", None)
     if table is None:
         return options or None
-    if options:
-        raise InputError("axle-losses", str(table), "either a table, or --drag and --load-share")
+    shared.refuse("--axle-losses", options)
     return table
 
 
@@ -120,9 +119,7 @@ def axle(
 
 def _solve(axle: efficiency.Axle, point: Any, of_map: bool, friction: Any, duty: Path | None, application: Any) -> Any:
     if duty is not None or application is not None:
-        for name in ("torque", "speed"):
-            if name in point:
-                raise InputError(name, point[name], "not together with --duty or --test")
+        shared.refuse("--duty or --test", {name: point.get(name) for name in ("torque", "speed")})
         if duty is not None:
             return axle.duty(duty, friction, **point)
         return axle.axle_test(cast("Any", application), friction, **point)

@@ -11,6 +11,7 @@ import typer
 
 from ehl import InputError
 from ehl.common import console
+from ehl.common.errors import check_choice
 
 operation: Any = functools.partial(typer.Option, rich_help_panel=console.OPERATION)
 output_option: Any = functools.partial(typer.Option, rich_help_panel=console.OUTPUT)
@@ -86,8 +87,8 @@ def check_files(files: Mapping[str, Any]) -> None:
 def one_of(field: str, text: str | None, *allowed: str) -> Any:
     """Check an option that accepts only the given words; None if it is not console.given."""
     text = next((word for word in allowed if text is not None and word.casefold() == text.casefold()), text)
-    if text is not None and text not in allowed:
-        raise InputError(field, text, " or ".join(allowed))
+    if text is not None:
+        check_choice(field, text, allowed)
     return text
 
 

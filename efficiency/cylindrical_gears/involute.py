@@ -8,6 +8,8 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 
+from scipy.optimize import newton
+
 from ehl.common.errors import InputError
 
 
@@ -65,13 +67,9 @@ class InvolutePair:
                 raise InputError("centre_distance", f"{1e3 * self.centre_distance:.6g} mm", least)
             return math.acos(cosine)
         shift = 2.0 * sum(self.profile_shift) / sum(self.teeth) * math.tan(self.pressure_angle)
-        value, angle = involute(self.transverse_angle) + shift, 1.2
-        for _ in range(60):  # Newton's method from above, where the involute is convex
-            step = (involute(angle) - value) / math.tan(angle) ** 2
-            angle -= step
-            if abs(step) < 1e-15:
-                break
-        return angle
+        value = involute(self.transverse_angle) + shift
+        # Newton's method from above, where the involute is convex
+        return float(newton(lambda a: involute(a) - value, 1.2, lambda a: math.tan(a) ** 2, tol=1e-15))
 
     @cached_property
     def centre(self) -> float:

@@ -24,7 +24,7 @@ from efficiency.design.design import Design
 from efficiency.output.machine_summary import Units, sheet_text, write_summary
 from efficiency.output.solid import member_solid, tooth_space_solid, write_stl
 from ehl.common.arrays import FloatArray
-from ehl.common.errors import ConvergenceError, InputError, check_count
+from ehl.common.errors import ConvergenceError, check_choice, check_count
 from ehl.common.files import replacing, write_file
 from ehl.common.units import ValueRange
 
@@ -112,12 +112,10 @@ def export_design(
     """Write the chosen files; see `efficiency.pair.GearPair.export`."""
     chosen = list(what)
     for part in chosen:
-        if part not in EXPORTS:
-            raise InputError("what", part, "some of " + ", ".join(EXPORTS))
+        check_choice("what", part, EXPORTS)
     for name, count in (("rows", rows), ("columns", columns)):
         check_count(name, count, 5, 200)
-    if not 0.0 <= margin <= 0.3:
-        raise InputError("margin", margin, "from 0 to 0.3")
+    ValueRange("", ge=0.0, le=0.3).check(margin, "margin")
     length = ValueRange("m", ge=0.0, le=3.0)
     thickness = None if rim is None else length.check_given(rim, "rim")
     hole = None if bore is None else length.check_given(bore, "bore")

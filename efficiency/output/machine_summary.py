@@ -7,7 +7,6 @@ format that `efficiency.cutting.summary` reads.
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,7 +18,7 @@ from efficiency.cutting.blank import blank_dimensions
 from efficiency.cutting.cutter import FLANK_SIDES
 from efficiency.cutting.summary import LABELS, Summary, read_summary
 from efficiency.design.design import Design, load_design
-from ehl.common.data import data_path
+from ehl.common.data import named_file
 from ehl.common.errors import InputError
 from ehl.common.files import write_file
 from ehl.common.quantities import quantity
@@ -215,9 +214,7 @@ def design_from_sheet(sheet: Path, like: str | None = None) -> tuple[str, list[s
     hands: dict[str, str] = {}
     if like is not None:
         hands = {name: getattr(load_design(like), name).blank.hand for name in ("pinion", "gear")}
-        path = Path(like)
-        shipped = not path.suffix and not os.path.exists(path)
-        content = read_toml(data_path("designs", f"{like}.toml") if shipped else path)
+        content = read_toml(named_file("design", "designs", like))
     summary = read_summary(sheet, hands)
     if not any(summary.tables.values()):
         allowed = "a machine summary: one label and its value per line, such as 'radial setting, 98.1'"

@@ -24,7 +24,7 @@ from efficiency.conditions.grid import Evaluator, GridPoint, PointsResult
 from efficiency.loss.efficiency_result import pair_notes
 from efficiency.output.tables import outside_note
 from ehl.common.arrays import FloatArray, finite_or_none
-from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.errors import ConvergenceError, InputError, check_choice
 from ehl.common.files import write_file
 from ehl.common.pages import TableResult
 from ehl.common.quantities import quantity
@@ -115,8 +115,7 @@ def resolve_axle(axle: AxleLosses | Path | str | Mapping[str, float | str] | Non
     if not isinstance(axle, Mapping):
         return axle
     for name in axle:
-        if name not in _SIMPLE:
-            raise InputError("axle", name, "drag and load_share")
+        check_choice("axle", name, _SIMPLE)
     values = {k: _SIMPLE[k].check(v, k, bare=not isinstance(v, str) or k != "drag") for k, v in axle.items()}
     return SimpleAxleLosses(**values)
 
