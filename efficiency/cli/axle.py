@@ -10,8 +10,9 @@ import typer
 import efficiency
 from efficiency.cli import options as shared
 from ehl import InputError
-from ehl.common.console import advanced, check_outputs, given, is_list, working
+from ehl.common.console import advanced, check_outputs, is_list, working
 
+_Conditions: Any = shared.group(temperature=shared.TemperatureOption, **shared.HELD)
 _AxleOptions: Any = shared.group(
     axle_losses=Annotated[
         Path | None, advanced(help="Bearing and drag losses, CSV or XLSX: torque, speed of the pinion, torque_loss.")
@@ -27,8 +28,7 @@ def loss_map(
     torque: Annotated[str, typer.Option(help="Pinion torques, negative in coast: '-300:300:7 N m', or a list.")],
     speed: Annotated[str, typer.Option(help="Pinion speeds: '50:2000:5 rpm', or a list.")],
     friction: shared.FrictionOption = None,
-    temperature: shared.TemperatureOption = None,
-    conditions: shared.HeldOptions,
+    conditions: _Conditions,
     axle: _AxleOptions,
     model: shared.MapFileOption = None,
     files: shared.TableOptions,
@@ -37,24 +37,27 @@ def loss_map(
     shared.check_map_files(model)
     losses = _axle(axle)
     with working("loss map"):
-        found = efficiency.load(design).loss_map(
-            torque, speed, friction, axle=losses, interval=bool(model), temperature=temperature, **conditions
-        )
+        pair = efficiency.load(design)
+        found = pair.loss_map(torque, speed, friction, axle=losses, interval=bool(model), **conditions)
     shared.write_map(found, model)
     shared.present(found, **files)
+
+
+_TestOptions: Any = shared.group(
+    application=shared.text_option("single (default; output torque to 4000 N m) or tandem (2000 N m).", panel=None),
+    torque_max=shared.text_option("Rated output torque of the axle, e.g. '2500 N m'.", panel=None),
+    revolutions_per_mile=Annotated[
+        float | None, advanced(help="Tyre revolutions per mile, of the smallest tyre; default 650.")
+    ],
+)
 
 
 def axle_test(
     *,
     design: shared.DesignArgument,
-    application: Annotated[
-        str, typer.Option(help="single (output torque to 4000 N m) or tandem (2000 N m).")
-    ] = "single",
-    torque_max: Annotated[str | None, typer.Option(help="Rated output torque of the axle, e.g. '2500 N m'.")] = None,
-    revolutions_per_mile: Annotated[float, advanced(help="Tyre revolutions per mile, of the smallest tyre.")] = 650.0,
+    test: _TestOptions,
     friction: shared.FrictionOption = None,
-    temperature: shared.TemperatureOption = None,
-    conditions: shared.HeldOptions,
+    conditions: _Conditions,
     axle: _AxleOptions,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Write the test points as CSV in the format of GEM.")
@@ -63,12 +66,9 @@ def axle_test(
 ) -> None:
     """Power loss at the test points of 40 CFR 1037.560."""
     check_outputs({"output": output})
-    options = conditions | given({"torque_max": torque_max, "temperature": temperature})
     losses = _axle(axle)
     with working("loss map"):
-        found = efficiency.load(design).axle_test(
-            cast("Any", application), friction, revolutions_per_mile=revolutions_per_mile, axle=losses, **options
-        )
+        found = efficiency.load(design).axle_test(friction=friction, axle=losses, **test, **conditions)
     if output is not None and found.status == "converged":
         found.to_csv(output)
     shared.present(found, **files)

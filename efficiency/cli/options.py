@@ -118,9 +118,9 @@ ROUGHNESS = {
     "roughness_rms_gear": text_option("Rq of the gear flanks.", name="--roughness-gear"),
 }
 LoadBalanceOption = text_option("Torque balance: frictional (default, with friction forces) or frictionless.")
-_HELD = {"oil": OilOption, **ROUGHNESS, "load_balance": LoadBalanceOption}
-HeldOptions = group(**_HELD)
-CONDITIONS = {**_POINT, "side": SideOption, **_HELD, "driver": text_option("Driving member: pinion or gear.")}
+HELD = {"oil": OilOption, **ROUGHNESS, "load_balance": LoadBalanceOption}
+HeldOptions = group(**HELD)
+CONDITIONS = {**_POINT, "side": SideOption, **HELD, "driver": text_option("Driving member: pinion or gear.")}
 ConditionOptions = group(**CONDITIONS)
 MisalignmentOptions = misalignment_group(
     "Shift E along the offset: '0.1 mm'.",
