@@ -77,10 +77,8 @@ def write_inspection_grid(path: Path, design: Design, member: Member, side: Flan
     """
     blank = (design.pinion if member == "pinion" else design.gear).blank
     rows, columns = grid.u.shape
-    number_row, number_column = np.meshgrid(np.arange(1, rows + 1), np.arange(1, columns + 1), indexing="ij")
-    table = np.column_stack(
-        [number_row.ravel(), number_column.ravel(), *grid.position.reshape(3, -1) * 1e3, *grid.normal.reshape(3, -1)]
-    )
+    numbers = np.indices((rows, columns)).reshape(2, -1) + 1
+    table = np.column_stack([*numbers, *grid.position.reshape(3, -1) * 1e3, *grid.normal.reshape(3, -1)])
     header = (
         f"# {FORMAT}; member={member}; flank={side}; units=mm\n"
         f"# design={design.name}; teeth={blank.teeth}; hand={blank.hand}; rows={rows} from root to tip; "

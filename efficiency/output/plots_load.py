@@ -132,14 +132,9 @@ def contour_figure(grid: Grid, name: str) -> Figure:
 def plot_load_sharing(result: EfficiencyResult, ax: Axes | None = None) -> Axes:
     """Share of the torque on one tooth pair over its roll angle in pinion pitches."""
     axes = axes_or_new(ax)
-    pitch = result.cycle.pitch
-    roll, share = [], []
-    for load in result.load.positions:
-        for pair, part in load.share.items():
-            roll.append(load.position.pinion_angle / pitch + pair)
-            share.append(part)
-    order = np.argsort(roll)
-    axes.plot(np.array(roll)[order], np.array(share)[order], color=BLUE, marker=".", ms=4)
+    pitch, loads = result.cycle.pitch, result.load.positions
+    shares = sorted((at.position.pinion_angle / pitch + pair, part) for at in loads for pair, part in at.share.items())
+    axes.plot(*np.array(shares).T, color=BLUE, marker=".", ms=4)
     axes.set(
         xlabel="roll of one tooth pair from the design point [pinion pitches]",
         ylabel="share of the torque [-]",

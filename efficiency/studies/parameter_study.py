@@ -414,8 +414,7 @@ def _solve(task: StudyTask) -> dict[str, list[dict[str, Any]]]:
 
     clock = time.perf_counter()
     states: list[dict[str, Any]] = [dict(zip(OPERATING, state, strict=True)) for state in task.states]
-    evaluator = replace(pair._evaluator(task.friction, task.grid, fixed)[0], strength=task.strength)
-    solved = evaluator.points(states)
+    solved = pair._evaluator(task.friction, task.grid, fixed, strength=task.strength)[0].points(states)
     seconds = (time.perf_counter() - clock) / len(states)
     for condition, found in zip(states, solved, strict=True):
         point = replace(task.blank, **condition)
