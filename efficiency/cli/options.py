@@ -85,7 +85,7 @@ def check_files(files: Mapping[str, Any]) -> None:
 
 
 def one_of(field: str, text: str | None, *allowed: str) -> Any:
-    """Check an option that accepts only the given words; None if it is not console.given."""
+    """Check an option that accepts only the given words; None if it is not given."""
     text = next((word for word in allowed if text is not None and word.casefold() == text.casefold()), text)
     if text is not None:
         check_choice(field, text, allowed)

@@ -126,7 +126,7 @@ def _on_axis(axes: Axes, name: str, held: float) -> FloatArray:
     shape = tuple(len(values) for values in axes.values())
     if name not in axes:
         return np.full(shape, held)
-    return np.array(axes[name], dtype=np.float64)[np.indices(shape)[list(axes).index(name)]]
+    return np.asarray(np.array(axes[name], dtype=np.float64)[np.indices(shape)[list(axes).index(name)]])
 
 
 def _linear(x: FloatArray, y: FloatArray, at: FloatArray) -> FloatArray:

@@ -68,10 +68,11 @@ def loss_by_region(result: EfficiencyResult) -> FloatArray:
     points, outline = result.points, result.load.tooth_outline
     face, height = (result.points.values(result.load.cycle, name) for name in ("face_gear", "height_gear"))
     width = float(outline[0].max() - outline[0].min())
-    places = height / local_height(outline, face), (face - outline[0].min()) / width
+    row, column = height / local_height(outline, face), (face - outline[0].min()) / width
+    inside: list[FloatArray] = [np.clip(share, 0.0, 1.0) for share in (row, column)]
     power = result.friction.mu * points.force * points.speed_sliding
     whole = ((0.0, 1.0), (0.0, 1.0))
-    shares = np.histogram2d(*np.clip(places, 0.0, 1.0), bins=3, range=whole, weights=power)[0]
+    shares = np.histogram2d(inside[0], inside[1], 3, whole, weights=power)[0]
     total = shares.sum()
     return shares / total if total > 0.0 else np.full((3, 3), np.nan)
 
