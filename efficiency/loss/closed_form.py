@@ -11,11 +11,15 @@ from dataclasses import dataclass
 
 from efficiency.cutting.blank import Blank
 from efficiency.loss.kinematics import Driver
+from ehl.common.errors import InputError
 
 
 @dataclass(frozen=True)
 class PitchGeometry:
-    """Pitch-point data of a bevel or hypoid pair, pinion driving."""
+    """Pitch-point data of a bevel or hypoid pair, pinion driving.
+
+    Raises `InputError` if a length or the contact ratio is not positive, or an angle is outside 0 to 90 degrees.
+    """
 
     pressure_angle: float  # generated normal pressure angle of the drive side [rad]
     # mean spiral angles [rad]
@@ -61,6 +65,16 @@ class PitchGeometry:
             contact_ratio_profile=profile_contact_ratio(pinion, gear, spiral, pressure),
         )
 
+    def __post_init__(self) -> None:
+        for name in ("radius_pinion", "radius_gear", "module_normal", "contact_ratio_profile"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0.0):
+                raise InputError(name, value, "a finite number above 0")
+        for name in ("pressure_angle", *(f"{a}_angle_{m}" for a in ("spiral", "pitch") for m in ("pinion", "gear"))):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and 0.0 <= value < 0.5 * math.pi):
+                raise InputError(name, value, "an angle from 0 to below pi/2 rad")
+
     @property
     def lengthwise_measure(self) -> float:
         """Sliding along the tooth per normal velocity, a = |tan b1 - tan b2| [-]."""
@@ -92,6 +106,11 @@ class PitchGeometry:
         return 0.0 if a == 0.0 else a / k * math.asinh(k / a)
 
 
+def _check_friction(friction_coefficient: float) -> None:
+    if not (math.isfinite(friction_coefficient) and 0.0 <= friction_coefficient < 1.0):
+        raise InputError("friction_coefficient", friction_coefficient, "0 to below 1")
+
+
 def coleman_type(pair: PitchGeometry, friction_coefficient: float = 0.05, driver: Driver = "pinion") -> float:
     """Mesh efficiency by averaged sliding, "Coleman-type, this work" [-].
 
@@ -103,6 +122,7 @@ def coleman_type(pair: PitchGeometry, friction_coefficient: float = 0.05, driver
     friction_coefficient: constant friction coefficient; Coleman used 0.05 (as cited by Kolivand, Li & Kahraman 2010).
     driver: driving member.
     """
+    _check_friction(friction_coefficient)
     mu, way = friction_coefficient, 1.0 if driver == "pinion" else -1.0
     way = math.copysign(way, way * (pair.spiral_angle_pinion - pair.spiral_angle_gear))
     wedge = math.cos(pair.pressure_angle) + way * mu * pair.mean_lengthwise_share * math.tan(pair.spiral_angle_pinion)
@@ -135,6 +155,7 @@ def lengthwise_sliding(pair: PitchGeometry, friction_coefficient: float = 0.05, 
     friction_coefficient: constant friction coefficient.
     driver: driving member.
     """
+    _check_friction(friction_coefficient)
     cos_n = math.cos(pair.pressure_angle)
     tan_1, tan_2 = math.tan(pair.spiral_angle_pinion), math.tan(pair.spiral_angle_gear)
     signed = math.copysign(friction_coefficient, tan_1 - tan_2)
