@@ -564,10 +564,9 @@ class GearPair:
             check_count("samples", samples, 2, _MAX_STATES)
         elif (states := math.prod(map(len, values.values()))) > _MAX_STATES:
             raise InputError(", ".join(MISALIGNMENTS), f"{states} states", f"at most {_MAX_STATES} combinations")
-        loading: dict[str, Any] = {**({} if friction is None else {"friction": friction}), **conditions}
-        if torque is None and loading:
-            name, value = next(iter(loading.items()))
-            raise InputError(name, value, "no value without a torque", "It affects only the loaded contact.")
+        for name, value in {"friction": friction, **conditions}.items():
+            if torque is None and value is not None:
+                raise InputError(name, value, "no value without a torque", "It affects only the loaded contact.")
         carried = None if torque is None else checked("torque", torque)
         [model] = self.check([friction], **conditions)
 

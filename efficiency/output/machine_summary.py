@@ -234,8 +234,6 @@ def design_from_sheet(sheet: Path, like: str | None = None) -> tuple[str, list[s
 
 def _complete(tables: dict[str, Any], base: dict[str, Any]) -> dict[str, Any]:
     """Tables of a member; its blank or the hand of the blank is that of the base if the sheet has none."""
-    if "blank" not in tables:
-        return {"blank": base["blank"]} | tables
-    if tables["blank"].keys() == {"hand"}:
-        return tables | {"blank": base["blank"] | tables["blank"]}
-    return tables | {"blank": {"hand": base["blank"]["hand"]} | tables["blank"]}
+    own = tables.get("blank", {})
+    start = base["blank"] if own.keys() <= {"hand"} else {"hand": base["blank"]["hand"]}
+    return {"blank": {}} | tables | {"blank": start | own}

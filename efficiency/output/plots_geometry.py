@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import to_rgb
@@ -209,8 +210,6 @@ def _flank_lines(position: MeshPosition) -> list[NDArray[np.int64]]:
 
 def radius_figure(pair: FlankPair, cycle: tuple[MeshPosition, ...]) -> Axes:
     """Equivalent radius normal to the line along selected contact lines of the cycle."""
-    from matplotlib import colormaps
-
     axes = _curve_axes(pair, "equivalent radius along contact lines", 3.6)
     pitch = pair.surface.pitch
     traces = [
