@@ -22,6 +22,7 @@ from efficiency.axle.result import SOURCES, AxleResult
 from efficiency.conditions.conditions import checked, default_friction
 from efficiency.design.design import MISALIGNMENTS, Design, bevel_names
 from efficiency.loss.efficiency_result import EfficiencyResult, pair_notes
+from efficiency.loss.ehl_friction import line_conditions
 from efficiency.machine_settings.inputs import SettingsInput, load_targets, targets_next_to
 from efficiency.machine_settings.settings_result import SettingsResult
 from efficiency.machine_settings.solve import machine_settings
@@ -435,12 +436,8 @@ class Bench:
         answer = self.answer(scene)
         state, result = answer.result.points.state, answer.result
         at = int(np.argmax(result.friction.mu * state.load_per_length * result.points.speed_sliding))
-        names = (
-            "pressure_hertz", "radius_equivalent", "effective_modulus", "speed_entrainment", "slide_to_roll",
-            "speed_sliding_lengthwise",
-        )  # fmt: skip
-        point: dict[str, Any] = {name: float(getattr(state, name)[at]) for name in names}
-        return Contact(oil=self.oil(scene), temperature=float(state.temperature_oil[at]), **point)
+        point: dict[str, Any] = {"temperature": float(state.temperature_oil[at]), **line_conditions(state, at)}
+        return Contact(oil=self.oil(scene), **point)
 
 
 def _finished(design: Design, finish: str) -> Design:

@@ -174,7 +174,8 @@ class EhlFriction(FrictionModel):
             **{name: value for name, value in chemistry.items() if value is not None},
         )
         bulk = float(state.temperature_bulk_1[at]), float(state.temperature_bulk_2[at])
-        return _line(state, at), oil.at(float(state.temperature_oil[at])), surface, bulk
+        line = LineContact.from_pressure(**line_conditions(state, at))
+        return line, oil.at(float(state.temperature_oil[at])), surface, bulk
 
 
 def _solve_one(
@@ -294,9 +295,10 @@ def ehl_friction(
     return EhlFriction(spec, "smooth" in wanted, points, tolerance, bodies=bodies or (steel, steel), skewness=skewness)
 
 
-def _line(state: ContactState, at: int) -> LineContact:
+def line_conditions(state: ContactState, at: int) -> dict[str, float]:
+    """Keywords of a line contact at one point."""
     names = (
         *("radius_equivalent", "effective_modulus", "pressure_hertz", "speed_entrainment"),
         *("slide_to_roll", "speed_sliding_lengthwise"),
     )
-    return LineContact.from_pressure(**{name: float(getattr(state, name)[at]) for name in names})
+    return {name: float(getattr(state, name)[at]) for name in names}
