@@ -354,13 +354,20 @@ class EfficiencyResult(Reportable):
         found = {name: value for name in _PATHS if isinstance(value := self.value(name), kept)}
         return found | (self._interval() if interval else {})
 
-    def to_dict(self) -> dict[str, Any]:
-        """Content without the point arrays, for JSON, with the records as objects; not-a-number becomes None."""
+    def to_dict(self, *, strength: bool = False) -> dict[str, Any]:
+        """Content without the point arrays, for JSON, with the records as objects; not-a-number becomes None.
+
+        Parameters
+        ----------
+        strength : bool
+            Include the strength of the teeth.
+        """
         plain = {f.name: getattr(self, f.name) for f in fields(self) if f.compare}
         if self.reason:
             plain["notes"] = [reason_text(self.reason), *self.notes]
-        forces = {} if self.forces is None else {"forces": self.forces.to_dict()}
-        return {**finite_or_none(plain | self._interval()), "uncertainty": self.inputs.to_dict(), **forces}
+        graded = {"strength": self.strength.to_dict()} if strength else {}
+        graded |= {} if self.forces is None else {"forces": self.forces.to_dict()}
+        return {**finite_or_none(plain | self._interval()), "uncertainty": self.inputs.to_dict(), **graded}
 
     def to_frame(self) -> pandas.DataFrame:
         """One row: the scalar values by name, SI units."""
