@@ -330,6 +330,11 @@ class LoadedMesh:
         """The design of the pair with its misalignments."""
         return self.mesh.design
 
+    @property
+    def has_strength(self) -> bool:
+        """Whether the strength of the teeth can be rated: for bevel and hypoid pairs."""
+        return isinstance(self.mesh.design, Design)
+
     @one_thread
     def efficiency(
         self, friction: Friction | None = None, *, many: bool = False, **conditions: Unpack[ConditionValues]

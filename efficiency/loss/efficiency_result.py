@@ -9,7 +9,6 @@ from functools import cached_property
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
-from efficiency.design.design import Design
 from efficiency.loss.kinematics import Driver, LoadedPoints, Operation
 from efficiency.loss.lubrication import LocalLubrication
 from efficiency.ltca.load_distribution import LoadDistribution
@@ -51,6 +50,10 @@ class ResultSource(Protocol):
     @property
     def design(self) -> Any:
         """The design of the pair, including misalignments."""
+
+    @property
+    def has_strength(self) -> bool:
+        """Whether the strength of the teeth can be rated."""
 
     def forces(self, result: EfficiencyResult) -> MeshForces:
         """Mesh stiffness and shaft forces over the mesh cycle."""
@@ -318,7 +321,7 @@ class EfficiencyResult(Reportable):
     @property
     def has_strength(self) -> bool:
         """Whether the strength of the teeth can be rated; this requires a bevel pair and its mesh."""
-        return self.case.mesh is not None and isinstance(self.case.mesh.design, Design)
+        return self.case.mesh is not None and self.case.mesh.has_strength
 
     @cached_property
     def strength(self) -> Strength:

@@ -7,6 +7,7 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import model_validator
 
+from efficiency.contact.assembly import Axis as Axis
 from efficiency.contact.contact_lines import MeshPosition
 from efficiency.ltca.load_distribution import LoadDistribution
 from ehl.common.arrays import FloatArray, IntArray

@@ -10,14 +10,13 @@ from samples import AXLE_OIL as OIL
 from samples import STEEL
 
 import efficiency
-from efficiency.contact.assembly import Axis
 from efficiency.contact.contact_lines import MeshPosition
 from efficiency.cylindrical_gears.contact_lines import cylindrical_tooth
 from efficiency.design.design import load_design
 from efficiency.loss.closed_form import PitchGeometry, buckingham_type, coleman_type, lengthwise_sliding
 from efficiency.loss.efficiency import balanced_efficiency, mesh_efficiency, solve_friction
 from efficiency.loss.ehl_friction import EhlFriction
-from efficiency.loss.kinematics import Driver, Operation, loaded_points
+from efficiency.loss.kinematics import Axis, Driver, Operation, loaded_points
 from efficiency.ltca.load_distribution import LoadDistribution, PositionLoad, TeethElasticity, distribute_load
 from efficiency.ltca.mesh_grids import MeshGrids, load_grids
 from efficiency.ltca.solid_tooth import SolidTooth
