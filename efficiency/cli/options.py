@@ -11,7 +11,6 @@ import typer
 
 from ehl import InputError
 from ehl.common import console
-from ehl.common.errors import check_choice
 
 operation: Any = functools.partial(typer.Option, rich_help_panel=console.OPERATION)
 output_option: Any = functools.partial(typer.Option, rich_help_panel=console.OUTPUT)
@@ -87,8 +86,8 @@ def check_files(files: Mapping[str, Any]) -> None:
 def one_of(field: str, text: str | None, *allowed: str) -> Any:
     """Check an option that accepts only the given words; None if it is not given."""
     text = next((word for word in allowed if text is not None and word.casefold() == text.casefold()), text)
-    if text is not None:
-        check_choice(field, text, allowed)
+    if text is not None and text not in allowed:
+        raise InputError(field, text, " or ".join(allowed))
     return text
 
 
