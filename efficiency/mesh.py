@@ -9,6 +9,7 @@ import math
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, Unpack
 
@@ -139,7 +140,7 @@ class Mesh:
             fine, coarse = both_cycles(_CycleMaker(found), positions, points_per_line)
             return found, elastic_cycle(fine, teeth), elastic_cycle(coarse, teeth)
 
-        kept = _KeptMesh(design, (side, positions, points_per_line))
+        kept = partial(_kept_mesh, design, (side, positions, points_per_line))
         pair, fine, coarse = kept(None, geometry) if keep else geometry()
         grids = MeshGrids(
             design.name,
@@ -556,15 +557,9 @@ class _CycleMaker:
         return mesh_cycle(self.pair.surface, count, points, reach, edges=True, lines=self._lines[1])
 
 
-@dataclass(frozen=True)
-class _KeptMesh:
-    """Results of a mesh of one size on disk; a class, so that meshes can be sent to other processes."""
-
-    design: Design
-    size: tuple[object, ...]
-
-    def __call__(self, what: object, make: Callable[[], T]) -> T:
-        return kept_of_design("mesh", self.design, self.size if what is None else (*self.size, what), make)
+def _kept_mesh(design: Design, size: tuple[object, ...], what: object, make: Callable[[], T]) -> T:
+    """Results of a mesh of one size on disk."""
+    return kept_of_design("mesh", design, size if what is None else (*size, what), make)
 
 
 @dataclass(eq=False)

@@ -33,7 +33,7 @@ from efficiency.design.design import MISALIGNMENTS, Design, load_design
 from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.kinematics import OPERATION_LIMITS, loaded_points
 from efficiency.mesh import POINTS_PER_LINE, POSITIONS, Mesh, elastic_bodies
-from ehl.common.errors import ConvergenceError, InputError, check_count
+from ehl.common.errors import ConvergenceError, InputError, check_choice, check_count
 from ehl.common.figures import interactive
 from ehl.common.progress import ProgressCallback
 from ehl.common.quantities import quantity
@@ -154,8 +154,7 @@ class GearPair:
     def _placed(self, given: Mapping[str, Value]) -> dict[str, float]:
         """Misalignments of the design, with the given ones instead of its own."""
         for name in given:
-            if name not in MISALIGNMENTS:
-                raise InputError("misalignment", name, "one of " + ", ".join(MISALIGNMENTS))
+            check_choice("misalignment", name, MISALIGNMENTS)
         own = self.design.assembly.misalignment.model_dump()
         return own | {name: checked(name, value) for name, value in given.items()}
 
@@ -565,10 +564,9 @@ class GearPair:
             check_count("samples", samples, 2, _MAX_STATES)
         elif (states := math.prod(map(len, values.values()))) > _MAX_STATES:
             raise InputError(", ".join(MISALIGNMENTS), f"{states} states", f"at most {_MAX_STATES} combinations")
-        loading: dict[str, Any] = {**({} if friction is None else {"friction": friction}), **conditions}
-        if torque is None and loading:
-            name, value = next(iter(loading.items()))
-            raise InputError(name, value, "no value without a torque", "It affects only the loaded contact.")
+        for name, value in {"friction": friction, **conditions}.items():
+            if torque is None and value is not None:
+                raise InputError(name, value, "no value without a torque", "It affects only the loaded contact.")
         carried = None if torque is None else checked("torque", torque)
         [model] = self.check([friction], **conditions)
 

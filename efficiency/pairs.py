@@ -12,6 +12,7 @@ from efficiency.conditions.conditions import Value
 from efficiency.contact.gear_flanks import Side
 from efficiency.design.design import load_design
 from efficiency.loss.closed_form import PitchGeometry
+from efficiency.loss.kinematics import OperatingPoint
 from efficiency.ltca.load_distribution import TeethElasticity
 from efficiency.ltca.mesh_grids import MeshGrids, both_cycles
 from efficiency.mesh import Mesh
@@ -49,13 +50,6 @@ class CylindricalKeywords(TypedDict, total=False):
     temperature: Value
     oil: str
     driver: str
-
-
-_OF_MEMBER = (
-    *("profile_shift", "tip_diameter", "tip_relief", "tip_relief_length"),
-    *("finish", "finish_state", "roughness_rms", "material"),
-)
-_OF_OPERATION = ("torque", "speed", "temperature", "oil", "driver")
 
 
 def load(name: str | Path) -> GearPair:
@@ -136,16 +130,18 @@ def cylindrical(
     >>> pair
     CylindricalPair(cylindrical_16x24: 16x24, helix 0 deg, 183 N m, 235.6 rad/s, fva3 at 363.15 K)
     """
+    from efficiency.cylindrical_gears.design import CylindricalMember
+
     content: dict[str, Any] = {"name": f"cylindrical_{teeth[0]}x{teeth[1]}", "kind": "cylindrical"}
     content |= {"module_normal": module, "face_width": face_width}
     members: list[dict[str, Any]] = [{"teeth": count} for count in teeth]
     content |= {"pinion": members[0], "gear": members[1], "operation": {}}
     for name, value in given.items():
-        if name in _OF_MEMBER:
+        if name in CylindricalMember.model_fields:
             single = isinstance(value, str | int | float)
             for member, own in zip(members, (value, value) if single else value, strict=True):  # type: ignore[call-overload]
                 member[name] = own
-        elif name in _OF_OPERATION:
+        elif name in OperatingPoint.model_fields:
             content["operation"][name] = value
         else:
             content[name] = value

@@ -14,8 +14,8 @@ from functools import cache
 from typing import Any
 
 from ehl.common.data import data_names, data_path
-from ehl.common.errors import InputError, near
-from ehl.common.units import KELVIN
+from ehl.common.errors import InputError, check_choice, near
+from ehl.common.units import KELVIN, ValueRange
 
 _QUESTION = re.compile(r"#\? (\w+)(?: -> (\w+))? = (.*?) *\| (.*)")
 
@@ -31,9 +31,7 @@ class _Template:
 
 @cache
 def _template(kind: str) -> _Template:
-    kinds = data_names("templates", ".txt")
-    if kind not in kinds:
-        raise InputError("kind", kind, "one of " + ", ".join(kinds), near(kind, kinds))
+    check_choice("kind", kind, data_names("templates", ".txt"))
     head, _, text = data_path("templates", f"{kind}.txt").read_text(encoding="utf-8").partition("\n\n")
     questions = [match for match in map(_QUESTION.fullmatch, head.splitlines()) if match]
     first = {word: key for key, word in reversed(re.findall(r"^(\w+) = <(\w+)>", text, flags=re.M))}
@@ -143,18 +141,10 @@ def _oil(text: str, name: str, answers: Mapping[str, str], given: Mapping[str, s
     from ehl.fluid.oil import Oil
     from ehl.fluid.oil_sheet import card_text
 
-    viscosities = {"nu40", "nu100"} & set(given)
-    if viscosities and "vg" in given:
-        raise InputError("vg", given["vg"], "either vg, or nu40 and nu100", "Omit one of them.")
-    if len(viscosities) == 1:
-        missing = "nu100" if "nu40" in viscosities else "nu40"
-        raise InputError(missing, None, "the viscosities at 40 and 100 degC, or vg alone")
-    if not viscosities and not answers["vg"].isdecimal():
-        raise InputError("vg", answers["vg"], "a whole number such as 220")
-    grade: dict[str, Any] = {"nu_40": given["nu40"], "nu_100": given["nu100"]} if viscosities else {}
-    card = Oil.generic(
-        answers["base"], **grade or {"iso_vg": int(answers["vg"][:9])}, density_15=answers["density"] or None, name=name
-    )
+    grade: dict[str, Any] = {f"nu_{at}": given[f"nu{at}"] for at in (40, 100) if f"nu{at}" in given}
+    if "vg" in given or not grade:
+        grade["iso_vg"] = ValueRange("").check(answers["vg"], "vg")
+    card = Oil.generic(answers["base"], **grade, density_15=answers["density"] or None, name=name)
     head = text.replace("FILE", f"{name}.toml").replace("<name>", name).removeprefix("# ").rstrip()
     made = card_text(card, head)
     for key, value in (("40", card.viscosity_kinematic_40), ("100", card.viscosity_kinematic_100)):
@@ -215,9 +205,7 @@ def _design(text: str, name: str, answers: Mapping[str, str], given: Mapping[str
 
 def _shipped(folder: str, like: str) -> str:
     """Text of a shipped file."""
-    names = data_names(folder)
-    if like not in names:
-        raise InputError("like", like, "one of " + ", ".join(names), near(like, names))
+    check_choice("like", like, data_names(folder))
     return data_path(folder, f"{like}.toml").read_text(encoding="utf-8")
 
 

@@ -1,4 +1,4 @@
-"""Who may use the page: browsers of this machine that have its address, token included."""
+"""Access to the page: browsers on this machine that have its address with the token."""
 
 import secrets
 from collections.abc import Awaitable, Callable, MutableMapping
@@ -31,7 +31,7 @@ class Guard:
         self._token = token
 
     async def __call__(self, scope: _Message, receive: Callable[[], Awaitable[_Message]], send: _Send) -> None:
-        """As of ASGI."""
+        """Handle one request (ASGI)."""
         if scope["type"] not in ("http", "websocket"):  # start and end of the server
             await self._app(scope, receive, send)
             return

@@ -31,6 +31,7 @@ from efficiency.axle.result import OUTSIDE, AxleResult
 from efficiency.design.design import MISALIGNMENTS
 from ehl.common.data import data_names, reason_text
 from ehl.common.errors import InputError, MixedEhlError
+from ehl.common.progress import Progress
 from ehl.common.quantities import rounded
 from ehl.common.units import KELVIN
 from regression.friction.published_registry import model_label
@@ -236,7 +237,7 @@ class Page:
             element.error = "see above" if name in fields else None
 
     async def refresh(self) -> None:
-        """Compute the current scene; of the scenes set meanwhile the last one follows."""
+        """Compute the current scene; of scenes set during the computation only the last one is computed next."""
         if self.busy:
             self.waiting = True
             return
@@ -304,10 +305,10 @@ class Page:
     async def _draw_map(self) -> None:
         self.map_button.disable()
         self.progress.set_visibility(True)
-        share = [0.0]
-        watch = ui.timer(0.2, lambda: self.progress.set_value(share[0]))
+        states = [Progress("points", 0, 1)]
+        watch = ui.timer(0.2, lambda: self.progress.set_value(states[-1].done / states[-1].total))
         scene = self.scene
-        found = await self._try(lambda: self.bench.map(scene, lambda done: share.__setitem__(0, done)))
+        found = await self._try(lambda: self.bench.map(scene, states.append))
         watch.cancel()
         self.progress.set_visibility(False)
         self.map_button.enable()
@@ -419,7 +420,7 @@ class AxleTab:
         return {name: str(element.value or "") for name, element in self.inputs.items()}
 
     async def refresh(self) -> None:
-        """Compute the result of the current inputs, repeatedly if they change meanwhile."""
+        """Compute the result of the current inputs, again if they change during the computation."""
         if self.busy:
             return
         self.busy, texts = True, dict[str, str]()

@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 import re
 import tomllib
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any, cast
@@ -19,9 +19,10 @@ import numpy as np
 
 from efficiency.axle.axle import BALANCE, Axle
 from efficiency.axle.result import SOURCES, AxleResult
-from efficiency.conditions.conditions import default_friction
+from efficiency.conditions.conditions import checked, default_friction
 from efficiency.design.design import MISALIGNMENTS, Design, bevel_names
 from efficiency.loss.efficiency_result import EfficiencyResult, pair_notes
+from efficiency.loss.ehl_friction import line_conditions
 from efficiency.machine_settings.inputs import SettingsInput, load_targets, targets_next_to
 from efficiency.machine_settings.settings_result import SettingsResult
 from efficiency.machine_settings.solve import machine_settings
@@ -30,10 +31,11 @@ from efficiency.optimisation.problem import VARIABLES, start_value, with_values
 from efficiency.output.flank_map import FlankMap
 from efficiency.output.tables import result_notes
 from efficiency.pair import GearPair
-from ehl.common.data import data_names, data_path
-from ehl.common.errors import InputError, MixedEhlError
+from ehl.common.data import data_names, data_path, named_file
+from ehl.common.errors import InputError, MixedEhlError, check_choice
 from ehl.common.files import toml_text
 from ehl.common.notes import Note
+from ehl.common.progress import ProgressCallback
 from ehl.common.quantities import to_display
 from ehl.common.units import UNITS
 from ehl.common.validation import read_toml
@@ -42,23 +44,60 @@ from ehl.surface.finish import State
 from regression.formula import shipped_formulas
 from regression.friction.published_registry import PUBLISHED, model_label
 
-# fields of a scene with a number, by the keyword of the Python interface: unit, label
-FIELDS: dict[str, tuple[str, str]] = {
-    "torque": ("N m", "pinion torque"),
-    "speed": ("rpm", "pinion speed"),
-    "temperature": ("degC", "oil temperature"),
-    "roughness_rms_pinion": ("um", "Rq pinion"),
-    "roughness_rms_gear": ("um", "Rq gear"),
-    "peklenik_number": ("", "Peklenik number (empty: of the finish)"),
-    "E": ("mm", "E offset"),
-    "P": ("mm", "P pinion axial"),
-    "G": ("mm", "G gear axial"),
-    "shaft_angle_error": ("deg", "α shaft angle"),
-    "lengthwise_crowning": ("um", "lengthwise crowning"),
-    "profile_crowning": ("um", "profile crowning"),
-    "tip_relief": ("um", "tip relief"),
-    "hypoid_offset": ("mm", "hypoid offset"),
-}
+
+def _number(unit: str, label: str) -> Any:
+    """A field of a scene with a number: its unit and label."""
+    return field(default="", metadata={"unit": unit, "label": label})
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Settings of the user; an empty text denotes the value of the design."""
+
+    design: str  # shipped design, or the file the program was started with
+    side: str = "drive"
+    oil: str = ""
+    friction: str = ""
+    finish: str = ""  # of `FINISHES`
+    torque: str = _number("N m", "pinion torque")
+    speed: str = _number("rpm", "pinion speed")
+    temperature: str = _number("degC", "oil temperature")
+    roughness_rms_pinion: str = _number("um", "Rq pinion")
+    roughness_rms_gear: str = _number("um", "Rq gear")
+    peklenik_number: str = _number("", "Peklenik number (empty: of the finish)")
+    E: str = _number("mm", "E offset")
+    P: str = _number("mm", "P pinion axial")
+    G: str = _number("mm", "G gear axial")
+    shaft_angle_error: str = _number("deg", "α shaft angle")
+    lengthwise_crowning: str = _number("um", "lengthwise crowning")
+    profile_crowning: str = _number("um", "profile crowning")
+    tip_relief: str = _number("um", "tip relief")
+    hypoid_offset: str = _number("mm", "hypoid offset")
+
+    def values(self, *names: str) -> dict[str, str]:
+        """Fields that are not empty, with their units; `InputError` for a value that cannot be used."""
+        texts = {name: getattr(self, name).strip() for name in names}
+        found = {name: f"{text} {FIELDS[name][0]}".strip() for name, text in texts.items() if text}
+        for name, text in found.items():
+            checked(name, text)
+        return found
+
+    @property
+    def mesh_values(self) -> dict[str, str]:
+        """Misalignment that differs from the design's."""
+        return self.values(*MISALIGNMENTS)
+
+    @property
+    def conditions(self) -> dict[str, Any]:
+        """Operating point that differs from the design's."""
+        given: dict[str, Any] = self.values(
+            "speed", "temperature", "roughness_rms_pinion", "roughness_rms_gear", "peklenik_number"
+        )
+        return given | ({"oil": self.oil} if self.oil else {})
+
+
+# fields with a number, by the keyword of the Python interface: unit, label
+FIELDS = {one.name: (one.metadata["unit"], one.metadata["label"]) for one in fields(Scene) if one.metadata}
 SHAPE = ("lengthwise_crowning", "profile_crowning", "tip_relief", "hypoid_offset")
 """Variables of the flanks, which require new machine settings; for designs with relief in their targets."""
 CHOICES = {
@@ -86,68 +125,6 @@ MAP_STEPS = 7  # torques and speeds of a map each
 _LIMIT = re.compile(r"(-?\d[\d.e+-]*) (m|K|rad/s|rad|N\*m)\b")
 _LONGEST = 40  # characters of a field
 _KEPT = 16  # pairs, axles, settings and loads, each
-
-
-@dataclass(frozen=True)
-class Scene:
-    """Settings of the user; an empty text denotes the value of the design."""
-
-    design: str  # shipped design, or the file the program was started with
-    side: str = "drive"
-    oil: str = ""
-    friction: str = ""
-    finish: str = ""  # of `FINISHES`
-    # numbers in N m, rpm, degC, um, um, 1
-    torque: str = ""
-    speed: str = ""
-    temperature: str = ""
-    roughness_rms_pinion: str = ""
-    roughness_rms_gear: str = ""
-    peklenik_number: str = ""
-    # misalignment in mm, shaft_angle_error in deg
-    E: str = ""
-    P: str = ""
-    G: str = ""
-    shaft_angle_error: str = ""
-    # flanks of both sides: ease-off and tip relief in um, offset in mm
-    lengthwise_crowning: str = ""
-    profile_crowning: str = ""
-    tip_relief: str = ""
-    hypoid_offset: str = ""
-
-    def values(self, *names: str) -> dict[str, str]:
-        """Fields that are not empty, with their units; `InputError` with all invalid numbers."""
-        found, wrong = {}, []
-        for name in names:
-            text = str(getattr(self, name)).strip()
-            if not text:
-                continue
-            unit, _ = FIELDS[name]
-            try:
-                number = float(text)
-            except ValueError:
-                number = math.nan
-            if not math.isfinite(number):
-                shown = text if len(text) <= _LONGEST else text[:_LONGEST] + "…"
-                wrong.append(InputError(name, shown, f"a number {f'in {unit}' if unit else ''}".strip()))
-                continue
-            found[name] = f"{number:.12g} {unit}".strip()
-        if wrong:
-            raise InputError.of(wrong)
-        return found
-
-    @property
-    def mesh_values(self) -> dict[str, str]:
-        """Misalignment that differs from the design's."""
-        return self.values(*MISALIGNMENTS)
-
-    @property
-    def conditions(self) -> dict[str, Any]:
-        """Operating point that differs from the design's."""
-        given: dict[str, Any] = self.values(
-            "speed", "temperature", "roughness_rms_pinion", "roughness_rms_gear", "peklenik_number"
-        )
-        return given | ({"oil": self.oil} if self.oil else {})
 
 
 @dataclass(frozen=True)
@@ -223,8 +200,7 @@ class Bench:
 
     def pair(self, design: str) -> GearPair:
         """The pair of a name: a shipped one, or the file of the command line."""
-        if design not in self.designs:
-            raise InputError("design", design[:_LONGEST], "one of " + ", ".join(self.designs))
+        check_choice("design", design, self.designs)
         return self._pair(design)
 
     def start(self, design: str | None = None) -> Scene:
@@ -308,8 +284,7 @@ class Bench:
     def axle(self, texts: Mapping[str, str]) -> tuple[Axle, dict[str, str]]:
         """A shipped axle with the methods of the tab, and the operating point."""
         name = texts["axle"]
-        if name not in data_names("axles"):
-            raise InputError("axle", name[:_LONGEST], "one of " + ", ".join(data_names("axles")))
+        check_choice("axle", name, data_names("axles"))
         point = {"torque": f"{texts['torque']} N m", "speed": f"{texts['speed']} rpm"}
         kelvin = texts["temperature"]
         point["temperature"] = kelvin if kelvin == BALANCE else f"{kelvin} degC"
@@ -367,15 +342,14 @@ class Bench:
         """Name of the oil: a shipped one, or that of the design."""
         own = self.pair(scene.design).design.operation.oil
         name = scene.oil or own
-        if name not in (*data_names("oils"), own):
-            raise InputError("oil", name[:_LONGEST], "one of " + ", ".join(data_names("oils")))
+        check_choice("oil", name, (*data_names("oils"), own))
         return name
 
     def friction(self, scene: Scene) -> str:
         """Name of the friction model: a shipped or a published formula, or a constant, no file."""
         name = scene.friction or default_friction(self.oil(scene))
-        if name.partition(":")[0] != "constant" and name not in FRICTIONS:
-            raise InputError("friction", name[:_LONGEST], "constant:VALUE, or one of " + ", ".join(FRICTIONS))
+        if name.partition(":")[0] != "constant":
+            check_choice("friction", name, FRICTIONS)
         return name
 
     def compared(self, scene: Scene) -> list[tuple[str, float, float, float]]:
@@ -393,7 +367,7 @@ class Bench:
         return found
 
     def map(
-        self, scene: Scene, heard: Callable[[float], None] = lambda share: None
+        self, scene: Scene, progress: ProgressCallback | None = None
     ) -> tuple[list[float], list[float], list[list[float]]]:
         """Efficiency in % over torque [N m] and speed [rpm], from a fifth of the scene's to 1.4 times of it."""
         base = self.answer(scene)
@@ -403,9 +377,7 @@ class Bench:
         share = np.linspace(0.2, 1.4, MAP_STEPS)
         torques, speeds = [float(f"{x:.3g}") for x in torque * share], [float(f"{x:.3g}") for x in speed * share]
         axes = {"torque": torques, "speed": [f"{v} rpm" for v in speeds]}
-        grid = base.loaded.mesh.over(
-            base.friction, progress=lambda p: heard(p.done / p.total), **scene.conditions | axes
-        )
+        grid = base.loaded.mesh.over(base.friction, progress=progress, **scene.conditions | axes)
         return torques, speeds, (100.0 * grid.values()).tolist()
 
     def script(self, scene: Scene) -> str:
@@ -436,15 +408,11 @@ class Bench:
     def design_text(self, scene: Scene) -> str:
         """The design with the operating point, finish and alignment of the scene, as a design file.
 
-        Profiles and other files that the design names stand as they are.
+        Names of profiles and other files in the design are not changed.
         """
-        source = self._source(scene.design)
         made = self.settings(scene)
-        content = (
-            tomllib.loads(made.text)
-            if made is not None
-            else read_toml(source if isinstance(source, Path) else data_path("designs", f"{source}.toml"))
-        )
+        source = named_file("design", "designs", self._source(scene.design))
+        content = read_toml(source) if made is None else tomllib.loads(made.text)
         operation = content.setdefault("operation", {})
         conditions, torque = scene.conditions, scene.values("torque")
         operation.update(
@@ -464,23 +432,20 @@ class Bench:
         return toml_text(content)
 
     def contact(self, scene: Scene) -> Contact:
-        """Film and pressure of the contact with the largest loss, solved smooth, which takes a second."""
+        """Film and pressure of the contact with the largest loss, solved smooth (about a second)."""
         answer = self.answer(scene)
         state, result = answer.result.points.state, answer.result
         at = int(np.argmax(result.friction.mu * state.load_per_length * result.points.speed_sliding))
-        names = (
-            "pressure_hertz", "radius_equivalent", "effective_modulus", "speed_entrainment", "slide_to_roll",
-            "speed_sliding_lengthwise",
-        )  # fmt: skip
-        point: dict[str, Any] = {name: float(getattr(state, name)[at]) for name in names}
-        return Contact(oil=self.oil(scene), temperature=float(state.temperature_oil[at]), **point)
+        point: dict[str, Any] = {"temperature": float(state.temperature_oil[at]), **line_conditions(state, at)}
+        return Contact(oil=self.oil(scene), **point)
 
 
 def _finished(design: Design, finish: str) -> Design:
     """The design with a finish of `FINISHES`, or as it is."""
-    if finish and finish not in FINISHES:
-        raise InputError("finish", finish[:_LONGEST], "one of " + "; ".join(FINISHES))
-    return design.with_finish(*FINISHES[finish]) if finish else design
+    if not finish:
+        return design
+    check_choice("finish", finish, FINISHES)
+    return design.with_finish(*FINISHES[finish])
 
 
 def _field(name: str) -> str:
@@ -494,14 +459,15 @@ def _sentence(scene: Scene, name: str, error: InputError) -> str:
     if not name:
         return str(error)
     unit, label = FIELDS.get(name, ("", CHOICES.get(name, name)))
-    allowed = error.allowed
-    if unit:  # ranges in the unit of the field, which takes no other
+    allowed, hint = error.allowed, "" if unit == "degC" else error.hint  # of unit-less numbers in files
+    if unit and allowed.startswith("a number"):
+        allowed, hint = f"a number in {unit}", ""
+    elif unit:  # ranges in the unit of the field, the only one that it accepts
         allowed = _LIMIT.sub(
             lambda found: f"{_text(name, float(found[1]), 4)} {unit}", allowed.partition(" (a number")[0]
         )
     typed = str(getattr(scene, name))
     shown = typed if len(typed) <= _LONGEST else typed[:_LONGEST] + "…"
-    hint = "" if unit == "degC" else error.hint  # of unit-less numbers in files
     return f"{label}{f' [{unit}]' if unit else ''} = {shown!r} cannot be used; allowed: {allowed}. {hint}".strip()
 
 
@@ -513,8 +479,6 @@ def _text(name: str, value: float, digits: int = 6) -> str:
 
 def changed(scene: Scene, **values: str) -> Scene:
     """A scene with other texts; unknown names and texts longer than a field are rejected."""
-    known = {one.name for one in fields(Scene)}
     for name in values:
-        if name not in known:
-            raise InputError("field", name, "one of " + ", ".join(sorted(known)))
+        check_choice("field", name, (one.name for one in fields(Scene)))
     return replace(scene, **{name: str(value or "") for name, value in values.items()})

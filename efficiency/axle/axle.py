@@ -147,14 +147,14 @@ class Axle:
         return self.pair.design.operation.model_copy(update=own)
 
     def with_methods(self, **methods: str) -> Axle:
-        """The axle with other methods, as of the class; pair, meshes and loads are shared."""
+        """The axle with other methods, as for the class; pair, meshes and loads are shared."""
         other = copy(self)
         other.methods = validate(MethodsInput, self.methods.model_dump() | methods, "methods")
         return other
 
     @cached_property
     def wheels(self) -> tuple[Wheel, Wheel]:
-        """Pinion and gear as the churning formulas take them."""
+        """Pinion and gear for the churning formulas."""
         design: Any = self.pair.design
         pitch = self._mesh("drive").pitch
         angles = pitch.spiral_angle_pinion, pitch.spiral_angle_gear
@@ -211,9 +211,9 @@ class Axle:
     def map(
         self, torque: Values, speed: Values, temperature: Values | None = None, friction: Friction | None = None
     ) -> AxleResult:
-        """Losses at all combinations of torques, zero and coast among them, speeds and oil temperatures.
+        """Losses at all combinations of torques (also zero and coast), speeds and oil temperatures.
 
-        Parameters as of `at`, each a list of values, ``"a, b, c unit"`` or ``"from:to:number unit"``.
+        Parameters as in `at`, each a list of values, ``"a, b, c unit"`` or ``"from:to:number unit"``.
         """
         torques, speeds = signed_axes(torque, speed)
         own = self.operation.temperature
@@ -251,14 +251,14 @@ class Axle:
         tyre_radius: Value | None = None,
         temperature: Value | None = None,
     ) -> AxleResult:
-        """Losses and energies of a duty cycle (`efficiency.conditions.duty.read_duty`), rows without torque among them.
+        """Losses and energies of a duty cycle (`efficiency.conditions.duty.read_duty`), also of rows without torque.
 
         Parameters
         ----------
         duty : Path, str or sequence of DutyRow
             File, or rows.
         tyre_radius, temperature : float or str, optional
-            As of `read_duty`; default temperature: that of the axle.
+            As in `read_duty`; default temperature: that of the axle.
         """
         own = self.operation.temperature if temperature is None else temperature
         rows = duty_rows(duty, self.pair.design, tyre_radius=tyre_radius, temperature=own, unloaded=True)
@@ -273,7 +273,7 @@ class Axle:
         temperature: Value | None = None,
         **options: Any,
     ) -> AxleTest:
-        """Power loss at the test points of 40 CFR 1037.560; `options` as of `GearPair.axle_test`."""
+        """Power loss at the test points of 40 CFR 1037.560; `options` as in `GearPair.axle_test`."""
         own = self.operation.temperature
         kelvin = float(checked("temperature", own if temperature is None else temperature))
         held: dict[str, Any] = {"temperature": kelvin, "axle": _OtherLosses(self, kelvin), "grid": self._grid}

@@ -77,7 +77,7 @@ class HousingInput(InputModel):
     """Heat that leaves the oil through the housing and a cooler."""
 
     area: Annotated[float, ValueRange("m^2", gt=0.0, le=100.0)]  # outer surface [m^2]
-    # coefficient to the air, and from the oil to the housing; the latter 200 W/(m^2 K) as of ISO/TR 14179-2
+    # coefficient to the air, and from the oil to the housing; the latter 200 W/(m^2 K) after ISO/TR 14179-2
     heat_transfer: Coefficient
     oil_heat_transfer: Coefficient = 200.0
     air_temperature: Temperature = 20.0 + KELVIN  # [K]
@@ -102,7 +102,7 @@ class MethodsInput(InputModel):
 
 
 class OperationInput(InputModel):
-    """Default operating point; what is not given is that of the pair."""
+    """Default operating point; values that are not given are those of the pair."""
 
     torque: Annotated[float, SIGNED["torque"]] | None = None  # of the pinion, negative on the coast flanks [N m]
     speed: Annotated[float, SIGNED["speed"]] | None = None  # of the pinion, negative in reverse [rad/s]

@@ -17,7 +17,7 @@ import numpy as np
 from pydantic import model_validator
 
 from ehl.common.data import data_path
-from ehl.common.errors import InputError
+from ehl.common.errors import InputError, check_choice
 from ehl.common.roots import bracketed_root
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel, Name
@@ -59,7 +59,7 @@ class BearingInput(InputModel):
     # where its load acts on the shaft (of a tapered roller bearing the pressure centre): from the crossing point of the
     # axes along the axis, positive towards the teeth; of a cylindrical pair from the middle of the face [m]
     position: Place
-    # axial forces of the shaft it takes: those away from that point along positive positions, against them, both
+    # axial forces of the shaft that it carries: those away from that point along positive positions, against them, both
     thrust: Literal["outwards", "inwards", "both", "none"] = "none"
     # [m]
     bore: Length
@@ -84,8 +84,7 @@ class BearingInput(InputModel):
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
-        if self.series not in skf_series()[self.type]:
-            raise InputError("series", self.series, "one of " + ", ".join(skf_series()[self.type]))
+        check_choice("series", self.series, skf_series()[self.type])
         if self.bore >= self.outside_diameter:
             raise InputError("bore", f"{1e3 * self.bore:.6g} mm", "below the outside diameter")
         if self.type == "tapered_roller":

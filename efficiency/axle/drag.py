@@ -62,7 +62,7 @@ def changenet_velex_torque(
     below Re = 6000 ``C = 1.366 (h/D)^0.45 (V/D^3)^0.1 Fr^-0.6 Re^-0.21``, above 9000 ``C = 3.644 (h/D)^0.1
     (V/D^3)^-0.35 Fr^-0.88 (b/D)^0.85``, linear between. Fitted to single spur and helical gears at low and medium
     speed; the two formulas for high speed are not in it, nor the direction of the flow from one gear onto the other.
-    V/D^3 below `SMALL_SUMP` is taken there (this work): the rig had V/D^3 of 1 to 7 (box of 365 x 185 mm, gears of 96
+    V/D^3 below `SMALL_SUMP` is set to it (this work): the rig had V/D^3 of 1 to 7 (box of 365 x 185 mm, gears of 96
     to 160 mm, unverified), an axle has 0.1 to 0.5, for which both formulas differ by a factor 3 to 5 at the same Re.
 
     wheel: the gear.
@@ -123,7 +123,7 @@ def changenet_velex_loss(wheels: tuple[Wheel, Wheel], bath: OilBath) -> float:
 
 
 def iso_14179_2_loss(wheels: tuple[Wheel, Wheel], bath: OilBath) -> float:
-    """Churning loss of the stage [W]: one torque on the shaft of the gear, or of the pinion if the gear runs dry.
+    """Churning loss of the stage [W]: one torque on the gear shaft, or on the pinion shaft if the gear is not immersed.
 
     Applied to each gear separately, b^3 would count twice, and a small fast pinion would cause most of the loss.
     """

@@ -194,16 +194,14 @@ class AxleResult(LossTable):
     def table(self) -> Table:
         """One row per point."""
         rows = [asdict(point) for point in self.points]
-        if self.kind != "duty":
-            rows = [{name: value for name, value in row.items() if name != "hours"} for row in rows]
-        return Table.from_records(rows, title=self._title, name="axle", vertical=self.kind == "point")
+        table = Table.from_records(rows, title=self._title, name="axle", vertical=self.kind == "point")
+        return table if self.kind == "duty" else table.select([name for name in table.names if name != "hours"])
 
     def _shown_table(self) -> Table:
         """The points with digits by their uncertainty: a single one without its losses, many without their heat."""
         table, point = self.table(), self.kind == "point"
-        names = [str(getattr(column, "name", column)) for column in table.columns]
         hidden = "loss_" if point else ("heat_", "temperature_housing", "loss_mesh_", "axle_power_")
-        names = [name for name in names if not name.startswith(hidden)]
+        names = [name for name in table.names if not name.startswith(hidden)]
         names = [name for name in names if name not in ("status", "reason") or self.reason]
         table, labels = table.select(names), {} if point else _SHORT
         columns = [_by_uncertainty(name, 2 if point else 3, labels.get(name, "")) for name in names]
@@ -235,15 +233,11 @@ class AxleResult(LossTable):
         return "energy_total" if self.kind == "duty" else "loss_total"
 
     def _split_table(self) -> Table:
-        names = (self._shown, f"{self._shown}_lower", f"{self._shown}_upper", "share")
-        rows = [{"source": source} | dict(zip(names, row, strict=True)) for source, row in self.split().items()]
         title = "By source, with 90 % intervals and shares of the squared width of the total."
-        labels = dict(
-            zip(names, ("energy" if self.kind == "duty" else "loss", "lower limit", "upper limit"), strict=False)
-        )
-        columns = [Column(name, label=label, digits=2, rounded=True) for name, label in labels.items()]
-        columns = [Column("source"), *columns, Column("share", decimals=1)]
-        return Table(columns, [tuple(row.values()) for row in rows], title=title, name="sources")
+        ends = (("", self._shown.partition("_")[0]), ("_lower", "lower limit"), ("_upper", "upper limit"))
+        values = [Column(self._shown + end, label=label, digits=2, rounded=True) for end, label in ends]
+        rows = [(source, *row) for source, row in self.split().items()]
+        return Table([Column("source"), *values, Column("share", decimals=1)], rows, title=title, name="sources")
 
     @property
     def _title(self) -> str:
@@ -264,7 +258,7 @@ class AxleResult(LossTable):
         table = Table.from_records(rows, title=title, name="bearings")
         columns = [
             Column(name, label=name.removeprefix("moment, "), digits=3 if "load" in name else 2, rounded=True)
-            for name in (str(getattr(column, "name", column)) for column in table.columns)
+            for name in table.names
         ]
         return replace(table, columns=columns)
 

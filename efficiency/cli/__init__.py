@@ -12,6 +12,7 @@ try:
     import ehl.cli
     import regression.cli
     from efficiency.cli import axle, design, gear, new
+    from efficiency.cli.options import with_groups
     from ehl import __version__
     from ehl.common.console import App, JsonOption, print_result, run
 except KeyboardInterrupt:  # Ctrl-C in the first second
@@ -104,7 +105,7 @@ for panel, commands in COMMANDS:
         if isinstance(command, App):
             app.add_typer(command, name=name, rich_help_panel=panel)
         else:
-            app.command(name, rich_help_panel=panel)(command)
+            app.command(name, rich_help_panel=panel)(with_groups(command))
 
 
 def main() -> None:

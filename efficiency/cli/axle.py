@@ -10,32 +10,25 @@ import typer
 import efficiency
 from efficiency.cli import options as shared
 from ehl import InputError
-from ehl.common.console import advanced, check_outputs, given, is_list, working
+from ehl.common.console import advanced, check_outputs, is_list, working
 
-_AxleOptions = Annotated[
-    dict[str, Any],
-    shared.OptionGroup(
-        {
-            "axle_losses": Annotated[
-                Path | None,
-                advanced(help="Bearing and drag losses, CSV or XLSX: torque, speed of the pinion, torque_loss."),
-            ],
-            "drag": shared.text_option("Constant drag torque at the pinion: '2 N m' (our model)."),
-            "load_share": shared.text_option("Bearings: share of the pinion torque lost, '0.5 %' (our model)."),
-        }
-    ),
-]
+_Conditions: Any = shared.group(temperature=shared.TemperatureOption, **shared.HELD)
+_AxleOptions: Any = shared.group(
+    axle_losses=Annotated[
+        Path | None, advanced(help="Bearing and drag losses, CSV or XLSX: torque, speed of the pinion, torque_loss.")
+    ],
+    drag=shared.text_option("Constant drag torque at the pinion: '2 N m' (our model)."),
+    load_share=shared.text_option("Bearings: share of the pinion torque lost, '0.5 %' (our model)."),
+)
 
 
-@shared.with_groups
 def loss_map(
     *,
     design: shared.DesignArgument,
     torque: Annotated[str, typer.Option(help="Pinion torques, negative in coast: '-300:300:7 N m', or a list.")],
     speed: Annotated[str, typer.Option(help="Pinion speeds: '50:2000:5 rpm', or a list.")],
     friction: shared.FrictionOption = None,
-    temperature: shared.TemperatureOption = None,
-    conditions: shared.HeldOptions,
+    conditions: _Conditions,
     axle: _AxleOptions,
     model: shared.MapFileOption = None,
     files: shared.TableOptions,
@@ -44,25 +37,27 @@ def loss_map(
     shared.check_map_files(model)
     losses = _axle(axle)
     with working("loss map"):
-        found = efficiency.load(design).loss_map(
-            torque, speed, friction, axle=losses, interval=bool(model), temperature=temperature, **conditions
-        )
+        pair = efficiency.load(design)
+        found = pair.loss_map(torque, speed, friction, axle=losses, interval=bool(model), **conditions)
     shared.write_map(found, model)
     shared.present(found, **files)
 
 
-@shared.with_groups
+_TestOptions: Any = shared.group(
+    application=shared.text_option("single (default; output torque to 4000 N m) or tandem (2000 N m).", panel=None),
+    torque_max=shared.text_option("Rated output torque of the axle, e.g. '2500 N m'.", panel=None),
+    revolutions_per_mile=Annotated[
+        float | None, advanced(help="Tyre revolutions per mile, of the smallest tyre; default 650.")
+    ],
+)
+
+
 def axle_test(
     *,
     design: shared.DesignArgument,
-    application: Annotated[
-        str, typer.Option(help="single (output torque to 4000 N m) or tandem (2000 N m).")
-    ] = "single",
-    torque_max: Annotated[str | None, typer.Option(help="Rated output torque of the axle, e.g. '2500 N m'.")] = None,
-    revolutions_per_mile: Annotated[float, advanced(help="Tyre revolutions per mile, of the smallest tyre.")] = 650.0,
+    test: _TestOptions,
     friction: shared.FrictionOption = None,
-    temperature: shared.TemperatureOption = None,
-    conditions: shared.HeldOptions,
+    conditions: _Conditions,
     axle: _AxleOptions,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Write the test points as CSV in the format of GEM.")
@@ -71,12 +66,9 @@ def axle_test(
 ) -> None:
     """Power loss at the test points of 40 CFR 1037.560."""
     check_outputs({"output": output})
-    options = conditions | given({"torque_max": torque_max, "temperature": temperature})
     losses = _axle(axle)
     with working("loss map"):
-        found = efficiency.load(design).axle_test(
-            cast("Any", application), friction, revolutions_per_mile=revolutions_per_mile, axle=losses, **options
-        )
+        found = efficiency.load(design).axle_test(friction=friction, axle=losses, **test, **conditions)
     if output is not None and found.status == "converged":
         found.to_csv(output)
     shared.present(found, **files)
@@ -87,24 +79,17 @@ def _axle(options: dict[str, Any]) -> Any:
     table = options.pop("axle_losses", None)
     if table is None:
         return options or None
-    if options:
-        raise InputError("axle-losses", str(table), "either a table, or --drag and --load-share")
+    shared.refuse("--axle-losses", options)
     return table
 
 
-_MethodOptions = Annotated[
-    dict[str, Any],
-    shared.OptionGroup(
-        {
-            "bearings": shared.text_option("Method: skf or iso_14179_2."),
-            "seals": shared.text_option("Method: linke or iso_14179_2."),
-            "churning": shared.text_option("Method: changenet_velex or iso_14179_2."),
-        }
-    ),
-]
+_MethodOptions: Any = shared.group(
+    bearings=shared.text_option("Method: skf or iso_14179_2."),
+    seals=shared.text_option("Method: linke or iso_14179_2."),
+    churning=shared.text_option("Method: changenet_velex or iso_14179_2."),
+)
 
 
-@shared.with_groups
 def axle(
     *,
     axle: shared.AxleArgument,
@@ -134,9 +119,7 @@ def axle(
 
 def _solve(axle: efficiency.Axle, point: Any, of_map: bool, friction: Any, duty: Path | None, application: Any) -> Any:
     if duty is not None or application is not None:
-        for name in ("torque", "speed"):
-            if name in point:
-                raise InputError(name, point[name], "not together with --duty or --test")
+        shared.refuse("--duty or --test", {name: point.get(name) for name in ("torque", "speed")})
         if duty is not None:
             return axle.duty(duty, friction, **point)
         return axle.axle_test(cast("Any", application), friction, **point)

@@ -16,12 +16,7 @@ from ehl.common import console
 PAIRS = ("fh_hypoid_9x34_relieved", "fh_hypoid_9x34_offset_10_relieved")
 
 
-@shared.with_groups
-def blank(
-    *,
-    file: shared.BlankArgument,
-    files: shared.ReportOptions,
-) -> None:
+def blank(*, file: shared.BlankArgument, files: shared.ReportOptions) -> None:
     """Blank of a bevel or hypoid pair after ISO 23509: cones, depths, thicknesses, contact ratios, warnings.
 
     The files and the report contain the gear data for the drawings of both members.
@@ -29,7 +24,15 @@ def blank(
     shared.present(efficiency.blank(file), **files)
 
 
-@shared.with_groups
+_SizingTorques: Any = shared.group(
+    torque=shared.text_option("Pinion torque for --sized; default: that of the targets."),
+    coast_torque=shared.text_option("The same on the coast side; default: that torque; '0 N m': none."),
+)
+_SizingBox: Any = shared.group(
+    **{n: shared.text_option(f"Half width of {n} for --sized; default 0.05 mm.", name=f"--{n}") for n in "EPG"}
+)
+
+
 def settings(
     *,
     targets: shared.TargetsArgument,
@@ -42,21 +45,8 @@ def settings(
             "of misalignments. The targets are written next to the design.",
         ),
     ] = False,
-    torque: Annotated[
-        str | None, console.advanced(help="Pinion torque for --sized; default: that of the targets.")
-    ] = None,
-    coast_torque: Annotated[
-        str | None, console.advanced(help="The same on the coast side; default: that torque; '0 N m': none.")
-    ] = None,
-    box: Annotated[
-        dict[str, Any],
-        shared.OptionGroup(
-            {
-                name: shared.text_option(f"Half width of {name} for --sized; default {default}.", name=f"--{name}")
-                for name, default in (("E", "0.05 mm"), ("P", "0.05 mm"), ("G", "0.05 mm"))
-            }
-        ),
-    ],
+    torques: _SizingTorques,
+    box: _SizingBox,
     json_output: shared.JsonOption = False,
 ) -> None:
     """Machine settings of both members from a blank, a cutter and contact targets: a complete design file.
@@ -66,11 +56,11 @@ def settings(
     """
     sizing = None
     console.check_outputs({"output": output})
-    if not sized:
-        shared.refuse("settings without --sized", {"torque": torque, "coast_torque": coast_torque, **box})
     if sized:
         with console.working("load sizing", "nothing is kept"):
-            sizing = efficiency.sized_for_load(targets, torque, box, coast_torque)
+            sizing = efficiency.sized_for_load(targets, misalignment=box, **torques)
+    else:
+        shared.refuse("settings without --sized", torques | box)
     result = efficiency.settings(targets if sizing is None else sizing.targets)
     if output is not None:
         console.write_text(output, result.text)
@@ -84,75 +74,63 @@ def settings(
     console.fail_unless_converged(result.status, "; ".join(result.warnings))
 
 
-WHAT = "tooth, member, grid, summary"
-ROWS, COLUMNS = 15, 31  # of flank grids
+_DesignFiles: Any = shared.group(
+    what=shared.text_option(
+        "Comma-separated: tooth (STL of a space), member (STL), step (members and pair, STEP), grid, ease_off, summary "
+        "(CSV); default: tooth, member, grid, summary.",
+        panel=None,
+    ),
+    member=shared.text_option("pinion, gear or both (default).", panel=None),
+    rows=Annotated[int | None, console.advanced(help="Points from root to tip; default 15.")],
+    columns=Annotated[int | None, console.advanced(help="Points from heel to toe; default 31.")],
+    margin=Annotated[
+        float | None, console.advanced(help="Grids: margin to the edges, share of face and depth; 0.05 for inspection.")
+    ],
+    rim=shared.text_option("Solids: rim below the root, such as '6 mm'."),
+    bore=shared.text_option("Members: diameter of the bore, '0 mm' for none."),
+    units=shared.UnitsOption,
+)
+_FormulaFile: Any = shared.group(
+    language=shared.text_option("Formula: python, c, fortran, matlab, fmu; by the suffix if not given.", panel=None),
+    oil=shared.text_option("Formula: oil of the written function, if fitted to several.", panel=None),
+    oil_arguments=shared.switch("--oil-arguments", "Formula: the oil's properties as arguments of the function."),
+    guard=shared.switch("--guard/--no-guard", "Formula: flag points far from all cases of the fit (long)."),
+)
 
 
 def export(
+    *,
     design: Annotated[
         str, typer.Argument(metavar="DESIGN|FORMULA", help="Design (file or name), or formula (file or name).")
     ],
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for a design's files; file for a formula.")],
-    what: Annotated[
-        str,
-        typer.Option(
-            help="Comma-separated: tooth (STL of a space), member (STL), step (members and pair, STEP), grid, "
-            "ease_off, summary (CSV)."
-        ),
-    ] = WHAT,
-    member: Annotated[str, typer.Option(help="pinion, gear or both.")] = "both",
-    rows: Annotated[int, console.advanced(help="Points from root to tip.")] = ROWS,
-    columns: Annotated[int, console.advanced(help="Points from heel to toe.")] = COLUMNS,
-    margin: Annotated[
-        float,
-        console.advanced(help="Grids: margin to the edges as a share of face and depth, 0.05 to 0.1 for inspection."),
-    ] = 0.0,
-    rim: Annotated[str | None, console.advanced(help="Solids: rim below the root, such as '6 mm'.")] = None,
-    bore: Annotated[str | None, console.advanced(help="Members: diameter of the bore, '0 mm' for none.")] = None,
-    units: shared.UnitsOption = None,
-    language: Annotated[
-        str | None, typer.Option(help="Formula: python, c, fortran, matlab, fmu; by the suffix if not given.")
-    ] = None,
-    oil: Annotated[str | None, typer.Option(help="Formula: oil of the written function, if fitted to several.")] = None,
-    oil_arguments: Annotated[
-        bool, console.advanced("--oil-arguments", help="Formula: the oil's properties as arguments of the function.")
-    ] = False,
-    guard: Annotated[
-        bool, console.advanced("--guard/--no-guard", help="Formula: flag points far from all cases of the fit (long).")
-    ] = True,
+    of_design: _DesignFiles,
+    of_formula: _FormulaFile,
 ) -> None:
     """Write solids (STL), flank grids (CSV) and the machine summary (CSV) of a design, or a formula as code.
 
     A formula becomes one function with its range, interval and flag: .py, .c, .f90 or .m, or an FMU: .fmu.
     """
-    of_designs: dict[str, object] = {"rim": rim, "bore": bore, "units": units, "margin": margin or None}
-    of_designs |= {"member": member != "both" and member, "what": what != WHAT and what}
-    of_designs |= {"rows": rows != ROWS and rows, "columns": columns != COLUMNS and columns}
     if design in shipped("formulas") or Path(design).suffix == ".json":
-        shared.refuse("a formula", of_designs)
+        shared.refuse("a formula", of_design)
         console.check_outputs({"output": output})
         formula = regression.Formula.load(design)
-        formula.export(output, language, oil=oil, oil_arguments=oil_arguments, guard=guard)
-        laws = "oil properties as arguments" if oil_arguments else oil or formula.default_oil()
-        print(f"{output}: {formula.name}, {laws}")
+        formula.export(output, **of_formula)
+        laws = of_formula.get("oil") or formula.default_oil()
+        print(f"{output}: {formula.name}, {'oil properties as arguments' if 'oil_arguments' in of_formula else laws}")
         return
-    shared.refuse("a design", {"language": language, "oil": oil, "oil_arguments": oil_arguments, "no_guard": not guard})
-    shared.one_of("member", member, "pinion", "gear", "both")
-    parts = [part.strip() for part in what.split(",") if part.strip()]
-    if not parts:
-        raise InputError("what", what, f"some of {WHAT}, ease_off, step")
+    shared.refuse("a design", of_formula)
+    member = shared.one_of("member", of_design.pop("member", "both"), "pinion", "gear", "both")
+    members: Any = ("pinion", "gear") if member == "both" else (member,)
+    if "what" in of_design:
+        text = of_design["what"]
+        of_design["what"] = [part.strip() for part in text.split(",") if part.strip()]
+        if not of_design["what"]:
+            raise InputError("what", text, "some of tooth, member, grid, summary, ease_off, step")
+    if "units" in of_design:
+        of_design["units"] = shared.unit_system(of_design["units"])
     console.check_outputs({"output": output}, ["output"])
-    members: dict[str, tuple[Literal["pinion", "gear"], ...]] = {"pinion": ("pinion",), "gear": ("gear",)}
-    written = efficiency.load(design).export(
-        output,
-        parts,
-        members=members.get(member, ("pinion", "gear")),
-        rows=rows,
-        columns=columns,
-        margin=margin,
-        units=shared.unit_system(units),
-        **console.given({"rim": rim, "bore": bore}),
-    )
+    written = efficiency.load(design).export(output, members=members, **of_design)
     for line in written:
         print(line)
 
@@ -196,34 +174,40 @@ def correct(
         print(f"corrected settings: {output}")
 
 
-@shared.with_groups
+_ShiftLists: Any = shared.misalignment_group(
+    "Shift E along the offset: '-0.2, 0, 0.2 mm' or '-0.2:0.2:9 mm'.",
+    "Shift P along the pinion axis, from apex to heel.",
+    "Shift G along the gear axis, from apex to heel.",
+    "Change of the shaft angle: '-4, 0, 4 arcmin'.",
+    panel=None,
+)
+_StateOptions: Any = shared.group(
+    side=shared.text_option("Flanks in contact: drive (default), coast or both."),
+    marking=shared.MarkingOption,
+    samples=Annotated[
+        int | None,
+        console.advanced(help="Tolerance analysis: number of random states; E, P, G, angle are standard deviations."),
+    ],
+    accuracy_grade=shared.GradeOption,
+    friction=shared.text_option("Friction model as in mixed-ehl gear."),
+    oil=shared.OilOption,
+)
+_StateFiles: Any = shared.group(
+    shared.check_files,
+    json_output=shared.JsonOption,
+    csv=Annotated[Path | None, console.advanced(help="Write all states as CSV (SI units).")],
+    plot=Annotated[Path | None, console.advanced(help="Folder for figures (PNG).")],
+    report=shared.ReportOption,
+)
+
+
 def misalignment(
     *,
     design: shared.DesignArgument,
-    axes: Annotated[
-        dict[str, Any],
-        shared.misalignment_group(
-            "Shift E along the offset: '-0.2, 0, 0.2 mm' or '-0.2:0.2:9 mm'.",
-            "Shift P along the pinion axis, from apex to heel.",
-            "Shift G along the gear axis, from apex to heel.",
-            "Change of the shaft angle: '-4, 0, 4 arcmin'.",
-            panel=None,
-        ),
-    ],
-    side: Annotated[str, console.advanced(help="Flanks in contact: drive, coast or both.")] = "drive",
-    marking: shared.MarkingOption = None,
-    samples: Annotated[
-        int | None,
-        console.advanced(help="Tolerance analysis: number of random states; E, P, G, angle are standard deviations."),
-    ] = None,
-    accuracy_grade: shared.GradeOption = None,
+    axes: _ShiftLists,
+    more: _StateOptions,
     point: shared.PointOptions,
-    friction: Annotated[str | None, console.advanced(help="Friction model as in mixed-ehl gear.")] = None,
-    oil: shared.OilOption = None,
-    json_output: shared.JsonOption = False,
-    csv: Annotated[Path | None, console.advanced(help="Write all states as CSV (SI units).")] = None,
-    plot: Annotated[Path | None, console.advanced(help="Folder for figures (PNG).")] = None,
-    report: shared.ReportOption = None,
+    files: _StateFiles,
 ) -> None:
     """Misalignment study (V-H check): contact over a grid of E, P, G and shaft angle, added to those of the design.
 
@@ -232,22 +216,33 @@ def misalignment(
 
     Misalignments are lists 'a, b, c unit' or ranges 'from:to:number unit'. All combinations are computed.
     """
-    shared.check_files({"report": report, "csv": csv, "plot": plot})
     with console.working("misalignment"):
-        states = efficiency.load(design).misalignment(
-            side=side,
-            marking=marking,
-            friction=friction,
-            samples=samples,
-            accuracy_grade=accuracy_grade,
-            **point,
-            **console.given({"oil": oil}),
-            **axes,
-        )
-    shared.present(states, json_output=json_output, csv=csv, plot=plot, report=report)
+        states = efficiency.load(design).misalignment(**axes, **more, **point)
+    shared.present(states, **files)
 
 
-@shared.with_groups
+_StudyLevels: Any = shared.group(
+    torque=shared.text_option("Pinion torques, '50, 100, 200 N m' or '50:250:5 N m'.", console.OPERATION),
+    speed=shared.text_option("Pinion speeds.", console.OPERATION),
+    temperature=shared.text_option("Oil temperatures.", console.OPERATION),
+    roughness_rms_each=shared.text_option("Rq of each flank: '0.2, 0.4 um'.", console.OPERATION, "--roughness-each"),
+)
+_StudyShifts: Any = shared.misalignment_group(
+    "Shift E along the offset: '-0.1, 0.1 mm'; '0 mm': none.",
+    "Shift P along the pinion axis.",
+    "Shift G along the gear axis.",
+    "Change of the shaft angle: '-4, 4 arcmin'.",
+)
+_StudyOptions: Any = shared.group(
+    friction=shared.FrictionOption,
+    oil=shared.OilOption,
+    side=shared.SideOption,
+    load_balance=shared.LoadBalanceOption,
+    strength=shared.StrengthOption,
+    jobs=console.JobsOption,
+)
+
+
 def study(
     *,
     designs: Annotated[
@@ -257,34 +252,9 @@ def study(
     output: Annotated[Path, shared.output_option("--output", "-o", help="Folder for page, tables and figures.")] = Path(
         "mixed-ehl-study"
     ),
-    friction: shared.FrictionOption = None,
-    values: Annotated[
-        dict[str, Any],
-        shared.OptionGroup(
-            {
-                "torque": shared.text_option("Pinion torques, '50, 100, 200 N m' or '50:250:5 N m'.", shared.OPERATION),
-                "speed": shared.text_option("Pinion speeds.", shared.OPERATION),
-                "temperature": shared.text_option("Oil temperatures.", shared.OPERATION),
-                "roughness_rms_each": shared.text_option(
-                    "Rq of each flank: '0.2, 0.4 um'.", shared.OPERATION, "--roughness-each"
-                ),
-            }
-        ),
-    ],
-    oil: shared.OilOption = None,
-    side: shared.SideOption = "drive",
-    misalignment: Annotated[
-        dict[str, Any],
-        shared.misalignment_group(
-            "Shift E along the offset: '-0.1, 0.1 mm'; '0 mm': none.",
-            "Shift P along the pinion axis.",
-            "Shift G along the gear axis.",
-            "Change of the shaft angle: '-4, 4 arcmin'.",
-        ),
-    ],
-    load_balance: shared.LoadBalanceOption = None,
-    strength: shared.StrengthOption = False,
-    jobs: shared.JobsOption = None,
+    values: _StudyLevels,
+    misalignment: _StudyShifts,
+    more: _StudyOptions,
     fresh: shared.FreshOption = False,
     json_output: shared.JsonOption = False,
 ) -> None:
@@ -294,14 +264,52 @@ def study(
     study.
     """
     store = shared.started_store(output, fresh)
-    chosen: dict[str, Any] = {"friction": friction, "oil": oil, "side": side, "jobs": jobs, "store": store}
-    chosen |= {"strength": strength} | console.given({"load_balance": load_balance})
     with console.output_folder(output), console.working("study", shared.kept("points", store, fresh)):
-        result = efficiency.study(designs or PAIRS, **chosen, **values, **misalignment)
+        result = efficiency.study(designs or PAIRS, store=store, **more, **values, **misalignment)
     shared.present_folder(result, json_output, output)
 
 
-@shared.with_groups
+_SearchOptions: Any = shared.group(
+    objectives=Annotated[
+        list[str] | None,
+        console.advanced(
+            "--objective",
+            help="Quantity to minimise, the most important first; default: power_loss, pressure_hertz_max, "
+            "transmission_error_loaded.",
+        ),
+    ],
+    duty=Annotated[
+        Path | None,
+        shared.operation(
+            metavar="FILE",
+            help="Duty cycle, CSV or XLSX: torque, speed, temperature, hours. Default: the targets' operating point.",
+        ),
+    ],
+    friction=shared.text_option("Friction formula; default: the one shipped for the oil.", console.OPERATION),
+    oil=shared.OilOption,
+    over=shared.text_option(
+        "Loss over the box of misalignments: mean (default) or worst; other quantities: always worst."
+    ),
+    flanks=shared.text_option("Flanks whose ease-off is varied: drive (default), coast or both."),
+    evaluations=Annotated[int | None, console.advanced(help="Evaluations of the search; default 120.")],
+    batch=Annotated[int | None, console.advanced(help="Parallel evaluations; default 4.")],
+    check=Annotated[int | None, console.advanced(help="Points checked on the full mesh; default 4.")],
+    solved=shared.text_option(
+        "Check the gain of the best point with solved contacts: 'ehl' (minutes).", name="--check-friction"
+    ),
+    seed=Annotated[int | None, console.advanced(min=0, help="Seed of the random numbers; default 1.")],
+    sized=shared.switch("--sized", "First size the start for its torque, as `settings --sized` does."),
+    jobs=console.JobsOption,
+    dask=console.DaskOption,
+)
+_SearchBox: Any = shared.misalignment_group(
+    "Half width of E in the misalignment box; default '0.05 mm', '0 mm' for none.",
+    "Half width of P; default '0.05 mm'.",
+    "Half width of G; default none.",
+    "Half width of the shaft angle; default none.",
+)
+
+
 def optimise(
     *,
     targets: shared.TargetsArgument,
@@ -315,13 +323,6 @@ def optimise(
             "for several. 'ease_off' (the default) and 'blank' select the usual ones, without the offset."
         ),
     ] = None,
-    objective: Annotated[
-        list[str] | None,
-        console.advanced(
-            help="Quantity to minimise, the most important first; default: power_loss, pressure_hertz_max, "
-            "transmission_error_loaded."
-        ),
-    ] = None,
     limit: Annotated[
         list[str] | None,
         console.advanced(
@@ -329,46 +330,12 @@ def optimise(
             "none. Default: pressure, transmission error, edge load, root stresses, not above those of the start."
         ),
     ] = None,
-    duty: Annotated[
-        Path | None,
-        shared.operation(
-            metavar="FILE",
-            help="Duty cycle, CSV or XLSX: torque, speed, temperature, hours. Default: the targets' operating point.",
-        ),
-    ] = None,
-    friction: Annotated[
-        str | None, shared.operation(help="Friction formula; default: the one shipped for the oil.")
-    ] = None,
-    oil: shared.OilOption = None,
-    misalignment: Annotated[
-        dict[str, Any],
-        shared.misalignment_group(
-            "Half width of E in the misalignment box; default '0.05 mm', '0 mm' for none.",
-            "Half width of P; default '0.05 mm'.",
-            "Half width of G; default none.",
-            "Half width of the shaft angle; default none.",
-        ),
-    ],
     tolerance: Annotated[
         list[str] | None,
         console.advanced(help="Manufacturing error (half width): 'lengthwise_crowning=5 um'; repeat for several."),
     ] = None,
-    over: Annotated[
-        str, console.advanced(help="Loss over the box of misalignments: mean or worst; other quantities: worst.")
-    ] = "mean",
-    flanks: Annotated[str, console.advanced(help="Flanks whose ease-off is varied: drive, coast or both.")] = "drive",
-    evaluations: Annotated[int, console.advanced(help="Evaluations of the search.")] = 120,
-    batch: Annotated[int, console.advanced(help="Parallel evaluations.")] = 4,
-    check: Annotated[int, console.advanced(help="Points checked on the full mesh.")] = 4,
-    check_friction: Annotated[
-        str | None, console.advanced(help="Check the gain of the best point with solved contacts: 'ehl' (minutes).")
-    ] = None,
-    seed: Annotated[int, console.advanced(min=0, help="Seed of the random numbers.")] = 1,
-    sized: Annotated[
-        bool, console.advanced("--sized", help="First size the start for its torque, as `settings --sized` does.")
-    ] = False,
-    jobs: shared.JobsOption = None,
-    dask: shared.DaskOption = None,
+    misalignment: _SearchBox,
+    more: _SearchOptions,
     fresh: shared.FreshOption = False,
     json_output: shared.JsonOption = False,
 ) -> None:
@@ -379,11 +346,8 @@ def optimise(
     """
     store = shared.started_store(output, fresh)
     box = {"E": "0.05 mm", "P": "0.05 mm"} | misalignment
-    chosen: dict[str, Any] = {"objectives": objective, "limits": _limits(limit), "duty": duty, "misalignment": box}
-    chosen |= {"tolerance": console.pairs("tolerance", tolerance), "over": over, "flanks": flanks}
-    chosen |= {"friction": friction, "oil": oil}
-    chosen |= {"evaluations": evaluations, "batch": batch, "check": check, "solved": check_friction, "seed": seed}
-    chosen |= {"sized": sized, "jobs": jobs, "dask": dask, "store": store}
+    chosen: dict[str, Any] = {"limits": _limits(limit), "tolerance": console.pairs("tolerance", tolerance)}
+    chosen |= {"misalignment": box, "store": store, **more}
     with console.output_folder(output), console.working("optimisation", shared.kept("evaluations", store, fresh)):
         result = efficiency.optimise(targets, _variables(vary), **chosen)
     shared.present_folder(result, json_output, output)

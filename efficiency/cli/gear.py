@@ -10,43 +10,39 @@ import typer
 import efficiency
 from efficiency.cli import options as shared
 from ehl import InputError
-from ehl.common.console import advanced, check_outputs, fail_unless_converged, given, is_list, working
+from ehl.common import console
+from ehl.common.console import advanced, check_outputs, fail_unless_converged, is_list, working
 
-BulkOption = Annotated[
-    str | None,
-    advanced(
-        "--bulk-temperature",
-        help="Bulk temperature of the teeth: estimate (default, from the loss after ISO/TR 15144-1), or oil.",
-    ),
-]
-UncertaintyOption = Annotated[
-    bool,
-    advanced(
-        "--uncertainty", help="Contribution of each input to the interval; with ehl from solved contacts (minutes)."
-    ),
-]
 LoadFromOption = Annotated[Path | None, advanced(help="CSV file with a load distribution of another program.")]
-SaveLoadOption = Annotated[Path | None, advanced(help="Write the load distribution as CSV, the format of --load-from.")]
-DutyArgument = Annotated[
-    Path, typer.Argument(metavar="DUTY", help="Duty cycle, CSV or XLSX: torque, speed, temperature, hours.")
-]
+_GearConditions: Any = shared.group(
+    **shared.CONDITIONS,
+    bulk=shared.text_option(
+        "Bulk temperature of the teeth: estimate (default, from the loss after ISO/TR 15144-1), or oil.",
+        name="--bulk-temperature",
+    ),
+)
+_GearOptions: Any = shared.group(
+    uncertainty=shared.switch(
+        "--uncertainty", "Contribution of each input to the interval; with ehl from solved contacts (minutes)."
+    ),
+    strength=shared.switch("--strength", "With --json: include the strength of the teeth."),
+    load_from=LoadFromOption,
+    save_load=Annotated[Path | None, advanced(help="Write the load distribution as CSV, the format of --load-from.")],
+)
 
 
 def _pair(design: str, misalignment: dict[str, Any]) -> efficiency.GearPair:
     return efficiency.load(design).misaligned(**misalignment)
 
 
-@shared.with_groups
 def gear(
     *,
     design: shared.DesignArgument,
     friction: shared.FrictionOption = None,
-    conditions: shared.ConditionOptions,
+    conditions: _GearConditions,
     files: shared.FileOptions,
     misalignment: shared.MisalignmentOptions,
-    bulk: BulkOption = None,
-    uncertainty: UncertaintyOption = False,
-    strength: Annotated[bool, advanced("--strength", help="With --json: include the strength of the teeth.")] = False,
+    more: _GearOptions,
     rating: Annotated[
         bool, advanced("--rating", help="Only the load capacity by ISO 10300: stresses, S_H and S_F of both flanks.")
     ] = False,
@@ -60,17 +56,14 @@ def gear(
         ),
     ] = None,
     accuracy_grade: shared.GradeOption = None,
-    load_from: LoadFromOption = None,
-    save_load: SaveLoadOption = None,
 ) -> None:
     """Efficiency of a gear pair at one operating point: contact, load, friction, power loss, strength."""
-    check_outputs({"save_load": save_load})
+    check_outputs({"save_load": more.get("save_load")})
     _refuse_lists(conditions)
     if tolerance is not None:
-        switches = {"rating": rating, "uncertainty": uncertainty, "strength": strength}
-        shared.refuse("--tolerance", switches | {"spectrum": spectrum, "load_from": load_from, "save_load": save_load})
+        shared.refuse("--tolerance", {"rating": rating or None, "spectrum": spectrum, **more})
         whole = efficiency.load(design)
-        at = {"torque": whole.design.operation.torque, **conditions, **given({"bulk": bulk}), **misalignment}
+        at = {"torque": whole.design.operation.torque, **conditions, **misalignment}
         with working("random states"):
             states = whole.misalignment(samples=tolerance, accuracy_grade=accuracy_grade, friction=friction, **at)
         shared.present(states, **files)
@@ -78,33 +71,36 @@ def gear(
     shared.refuse("one state", {"accuracy_grade": accuracy_grade})
     pair = _pair(design, misalignment)
     if rating:
-        others: dict[str, object] = {n: x for n, x in conditions.items() if n not in ("torque", "speed")}
-        others |= {"friction": friction, "bulk": bulk, "uncertainty": uncertainty, "strength": strength}
-        shared.refuse("--rating", others | {"load_from": load_from, "save_load": save_load} | misalignment)
-        at = {name: conditions[name] for name in ("torque", "speed") if name in conditions}
+        at = {name: conditions.pop(name) for name in ("torque", "speed") if name in conditions}
+        shared.refuse("--rating", {**conditions, "friction": friction, **more, **misalignment})
         shared.present(pair.rating(**at, duty=spectrum), **files)
         return
     shared.refuse("a computation without --rating", {"spectrum": spectrum})
-    if load_from is not None:
-        shared.refuse("--load-from", {"bulk": bulk, "uncertainty": uncertainty})
-    conditions |= given({"bulk": bulk})
+    if "load_from" in more:
+        shared.refuse("--load-from", {"bulk": conditions.get("bulk"), "uncertainty": more.get("uncertainty")})
     [model] = pair.check([friction], **conditions)
     mesh, at = pair.mesh(conditions.pop("side", "drive")), conditions.pop("torque", None)
     with working("gear pair"):
-        loaded = mesh.load(at) if load_from is None else mesh.load_from(load_from, at)
+        loaded = mesh.load_from(more["load_from"], at) if "load_from" in more else mesh.load(at)
         result = loaded.efficiency(model, **conditions)
-        if save_load is not None:
-            loaded.write_load(save_load, result)
-        if uncertainty and result.status == "converged":
+        if "save_load" in more:
+            loaded.write_load(more["save_load"], result)
+        if "uncertainty" in more and result.status == "converged":
             result = result.with_inputs(result.uncertainty(solved=True))
-    more = {}
+    content = {}
     if "json_output" in files:
-        parts = {"drawing": pair.drawing(), "strength": result.strength if strength else None}
-        more = {name: part.to_dict() for name, part in parts.items() if part is not None}
-    shared.present(result, more=more, **files)
+        parts = {"drawing": pair.drawing(), "strength": result.strength if "strength" in more else None}
+        content = {name: part.to_dict() for name, part in parts.items() if part is not None}
+    shared.present(result, more=content, **files)
 
 
-@shared.with_groups
+_MapOptions: Any = shared.group(
+    strength=shared.StrengthOption,
+    interval=shared.switch("--interval", "Add columns of the 90 % interval from uncertain inputs."),
+    every_point=shared.switch("--every-point", "Solve every point without interpolation."),
+)
+
+
 def map_points(
     *,
     design: shared.DesignArgument,
@@ -112,11 +108,7 @@ def map_points(
     conditions: shared.ConditionOptions,
     files: shared.FileOptions,
     misalignment: shared.MisalignmentOptions,
-    strength: shared.StrengthOption = False,
-    interval: Annotated[
-        bool, advanced("--interval", help="Add columns of the 90 % interval from uncertain inputs.")
-    ] = False,
-    every_point: Annotated[bool, advanced("--every-point", help="Solve every point without interpolation.")] = False,
+    more: _MapOptions,
 ) -> None:
     """Efficiency of a gear pair over torque, speed and temperature.
 
@@ -125,38 +117,39 @@ def map_points(
     pair = _pair(design, misalignment)
     [model] = pair.check([friction], **conditions)
     with working("operating points"):
-        more: dict[str, Any] = {"strength": strength, "interval": interval, "every_point": every_point}
         grid = pair.mesh(conditions.pop("side", "drive")).map(model, **more, **conditions)
     shared.present(grid, **files)
 
 
-@shared.with_groups
+_RecordingOptions: Any = shared.group(
+    tyre_radius=shared.text_option("Tyre radius for a vehicle speed in km/h, e.g. '0.32 m'.", panel=None),
+    ratio=Annotated[
+        float | None, typer.Option(help="Pinion revolutions per wheel revolution; default: that of the pair.")
+    ],
+    temperature=shared.text_option("Oil temperature if the file has none.", panel=None),
+)
+
+
 def duty(
     *,
     design: shared.DesignArgument,
-    file: DutyArgument,
+    file: Annotated[
+        Path, typer.Argument(metavar="DUTY", help="Duty cycle, CSV or XLSX: torque, speed, temperature, hours.")
+    ],
     friction: shared.FrictionOption = None,
     conditions: shared.HeldOptions,
     files: shared.TableOptions,
     misalignment: shared.MisalignmentOptions,
-    tyre_radius: Annotated[
-        str | None, typer.Option(help="Tyre radius for a vehicle speed in km/h, e.g. '0.32 m'.")
-    ] = None,
-    ratio: Annotated[
-        float | None, typer.Option(help="Pinion revolutions per wheel revolution; default: that of the pair.")
-    ] = None,
-    temperature: Annotated[str | None, typer.Option(help="Oil temperature if the file has none.")] = None,
+    recorded: _RecordingOptions,
 ) -> None:
     """Energies of a gear pair over a duty cycle, by row and in total."""
     pair = _pair(design, misalignment)
     [model] = pair.check([friction], **conditions)
     with working("duty cycle"):
-        recorded = given({"tyre_radius": tyre_radius, "ratio": ratio, "temperature": temperature})
         cycle = pair.duty(file, model, **recorded, **conditions)
     shared.present(cycle, **files)
 
 
-@shared.with_groups
 def geometry(
     *,
     design: shared.DesignArgument,
@@ -176,7 +169,6 @@ def _refuse_lists(conditions: dict[str, str]) -> None:
             raise InputError(name, text, "one value", "Use mixed-ehl map for lists and ranges.")
 
 
-@shared.with_groups
 def compare(
     *,
     design: shared.DesignArgument,
@@ -206,7 +198,7 @@ def compare(
 
 def demo(
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the results.")] = Path("mixed-ehl-demo"),
-    jobs: shared.JobsOption = None,
+    jobs: console.JobsOption = None,
 ) -> None:
     """Run a complete example: sweep, fit, gear, compare, one HTML report."""
     kept = f"solved contacts are kept in {output}, the same command resumes"

@@ -1,6 +1,5 @@
 """Command `new`: input files from options or from answers at the terminal."""
 
-import inspect
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -12,6 +11,7 @@ import typer.main
 
 import efficiency
 import ehl
+from efficiency.cli import options as shared
 from ehl import InputError
 from ehl.common import console
 from ehl.common.console import App, check_outputs, write_text
@@ -102,9 +102,8 @@ def _command(kind: str) -> Callable[..., None]:
     """The command that writes one kind of file, with an option for each of its questions."""
     questions = efficiency.new_questions(kind)
 
-    def write(**given: Any) -> None:
-        path = _target(given.pop("output"), kind, ".csv" if kind == "duty" else ".toml", given.pop("force"))
-        answers = {name: value for name, value in given.items() if value is not None}
+    def write(*, answers: Any, output: OutputOption = None, force: ForceOption = False) -> None:
+        path = _target(output, kind, ".csv" if kind == "duty" else ".toml", force)
         if not answers and sys.stdin.isatty():
             answers = _ask(questions)
         write_text(path, efficiency.new_file(kind, path.stem, **answers))
@@ -114,15 +113,8 @@ def _command(kind: str) -> Callable[..., None]:
         name: Annotated[str | None, typer.Option(help=text, show_default=default or False)]
         for name, (text, default) in questions.items()
     }
-    annotations: dict[str, Any] = {**options, "output": OutputOption, "force": ForceOption}
-    defaults = {"force": False}
-    keyword = inspect.Parameter.KEYWORD_ONLY
-    write.__annotations__ = annotations
-    write.__signature__ = inspect.Signature(  # type: ignore[attr-defined]
-        [inspect.Parameter(name, keyword, default=defaults.get(name), annotation=a) for name, a in annotations.items()]
-    )
-    write.__doc__ = _KINDS[kind][0]
-    return write
+    write.__annotations__["answers"], write.__doc__ = shared.group(**options), _KINDS[kind][0]
+    return shared.with_groups(write)
 
 
 def _ask(questions: dict[str, tuple[str, str]]) -> dict[str, str]:

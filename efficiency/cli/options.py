@@ -10,23 +10,10 @@ from typing import Annotated, Any, get_type_hints
 import typer
 
 from ehl import InputError
-from ehl.common.console import (
-    ADVANCED,
-    OPERATION,
-    OUTPUT,
-    advanced,
-    check_outputs,
-    fail_unless_converged,
-    given,
-    names_of,
-    print_result,
-    shipped_argument,
-)
-from ehl.common.console import DaskOption as DaskOption
-from ehl.common.console import JobsOption as JobsOption
+from ehl.common import console
 
-operation: Any = functools.partial(typer.Option, rich_help_panel=OPERATION)
-output_option: Any = functools.partial(typer.Option, rich_help_panel=OUTPUT)
+operation: Any = functools.partial(typer.Option, rich_help_panel=console.OPERATION)
+output_option: Any = functools.partial(typer.Option, rich_help_panel=console.OUTPUT)
 
 
 @dataclass(frozen=True)
@@ -34,7 +21,7 @@ class OptionGroup:
     """Options passed to a command as one dictionary: keyword and annotation of each, and their check."""
 
     options: dict[str, Any]
-    check: Callable[[dict[str, Any]], None] = lambda given: None
+    check: Callable[[dict[str, Any]], None] | None = None
 
 
 def with_groups(command: Callable[..., None]) -> Callable[..., None]:
@@ -59,8 +46,9 @@ def with_groups(command: Callable[..., None]) -> Callable[..., None]:
     @functools.wraps(command)
     def grouped(**values: Any) -> None:
         for name, group in groups.items():
-            values[name] = given({option: values.pop(option) for option in group.options})
-            group.check(values[name])
+            values[name] = console.given({option: values.pop(option) for option in group.options})
+            if group.check is not None:
+                group.check(values[name])
         command(**values)
 
     grouped.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
@@ -68,20 +56,30 @@ def with_groups(command: Callable[..., None]) -> Callable[..., None]:
     return grouped
 
 
-def text_option(text: str, panel: str | None = ADVANCED, name: str = "") -> Any:
+def group(check: Callable[[dict[str, Any]], None] | None = None, /, **options: Any) -> Any:
+    """Annotation of a parameter that receives those of the options that are given, as a dictionary."""
+    return Annotated[dict[str, Any], OptionGroup(options, check)]
+
+
+def text_option(text: str, panel: str | None = console.ADVANCED, name: str = "") -> Any:
     """Annotation of a text option; None if it is not given."""
     return Annotated[str | None, typer.Option(*filter(None, [name]), help=text, rich_help_panel=panel)]
 
 
-def misalignment_group(e: str, p: str, g: str, angle: str, panel: str | None = ADVANCED) -> OptionGroup:
+def switch(names: str, text: str) -> Any:
+    """Annotation of a switch in the advanced panel; None if it is not given."""
+    return Annotated[bool | None, console.advanced(names, help=text)]
+
+
+def misalignment_group(e: str, p: str, g: str, angle: str, panel: str | None = console.ADVANCED) -> Any:
     """Options of the misalignments with their help texts."""
-    texts = {"E": ("--E", e), "P": ("--P", p), "G": ("--G", g), "shaft_angle_error": ("--shaft-angle-error", angle)}
-    return OptionGroup({key: text_option(text, panel, name) for key, (name, text) in texts.items()})
+    shifts = {name: text_option(text, panel, f"--{name}") for name, text in (("E", e), ("P", p), ("G", g))}
+    return group(**shifts, shaft_angle_error=text_option(angle, panel))
 
 
 def check_files(files: Mapping[str, Any]) -> None:
     """Raise an `InputError` for files and folders that cannot be written, or unknown units."""
-    check_outputs({n: path for n, path in files.items() if isinstance(path, Path)}, ("csv", "plot"))
+    console.check_outputs({n: path for n, path in files.items() if isinstance(path, Path)}, ("csv", "plot"))
     unit_system(files.get("units"))
 
 
@@ -98,93 +96,72 @@ def unit_system(units: str | None) -> Any:
     return one_of("units", units, "metric", "inch") or "metric"
 
 
-def file_options(*groups: Mapping[str, Any]) -> Any:
-    """Annotation of the options for `present`: ``--json`` and files."""
-    options = {name: option for group in groups for name, option in group.items()}
-    return Annotated[dict[str, Any], OptionGroup({"json_output": JsonOption} | options, check_files)]
-
-
-AxleArgument = shipped_argument("AXLE", "axles", "An axle file")
-BlankArgument = shipped_argument("FILE", "blanks", "A blank file")
-TargetsArgument = shipped_argument("TARGETS", "targets", "A targets file")
-DesignArgument = shipped_argument("DESIGN", "designs", "A design file")
-SideOption = Annotated[str, operation(help="Flanks that carry the load: drive or coast.")]
-TemperatureOption = text_option("Oil temperature with its unit: '80 degC'.", OPERATION)
+AxleArgument = console.shipped_argument("AXLE", "axles", "An axle file")
+BlankArgument = console.shipped_argument("FILE", "blanks", "A blank file")
+TargetsArgument = console.shipped_argument("TARGETS", "targets", "A targets file")
+DesignArgument = console.shipped_argument("DESIGN", "designs", "A design file")
+SideOption = text_option("Flanks that carry the load: drive (default) or coast.", console.OPERATION)
+TemperatureOption = text_option("Oil temperature with its unit: '80 degC'.", console.OPERATION)
 OilOption = Annotated[
-    str | None, operation(help="Oil card; default: that of the design.", autocompletion=names_of("oils"))
+    str | None, operation(help="Oil card; default: that of the design.", autocompletion=console.names_of("oils"))
 ]
 _POINT = {
-    "torque": text_option("Pinion torque with its unit: '250 N m'.", OPERATION),
-    "speed": text_option("Pinion speed with its unit: '1500 rpm'.", OPERATION),
+    "torque": text_option("Pinion torque with its unit: '250 N m'.", console.OPERATION),
+    "speed": text_option("Pinion speed with its unit: '1500 rpm'.", console.OPERATION),
     "temperature": TemperatureOption,
 }
-PointOptions = Annotated[dict[str, Any], OptionGroup(_POINT)]
+PointOptions = group(**_POINT)
 ROUGHNESS = {
     "roughness_rms_each": text_option("Rq of the flanks of both members: '0.4 um'.", name="--roughness-each"),
     "roughness_rms_pinion": text_option("Rq of the pinion flanks.", name="--roughness-pinion"),
     "roughness_rms_gear": text_option("Rq of the gear flanks.", name="--roughness-gear"),
 }
 LoadBalanceOption = text_option("Torque balance: frictional (default, with friction forces) or frictionless.")
-_HELD = {"oil": OilOption, **ROUGHNESS, "load_balance": LoadBalanceOption}
-HeldOptions = Annotated[dict[str, Any], OptionGroup(_HELD)]
-ConditionOptions = Annotated[
-    dict[str, Any],
-    OptionGroup(
-        {
-            **_POINT,
-            "side": text_option("Flanks that carry the load: drive (default) or coast.", OPERATION),
-            **_HELD,
-            "driver": text_option("Driving member: pinion or gear."),
-        }
-    ),
-]
-MisalignmentOptions = Annotated[
-    dict[str, Any],
-    misalignment_group(
-        "Shift E along the offset: '0.1 mm'.",
-        "Shift P along the pinion axis, from apex to heel.",
-        "Shift G along the gear axis, from apex to heel.",
-        "Change of the shaft angle: '2 arcmin'.",
-    ),
-]
+HELD = {"oil": OilOption, **ROUGHNESS, "load_balance": LoadBalanceOption}
+HeldOptions = group(**HELD)
+CONDITIONS = {**_POINT, "side": SideOption, **HELD, "driver": text_option("Driving member: pinion or gear.")}
+ConditionOptions = group(**CONDITIONS)
+MisalignmentOptions = misalignment_group(
+    "Shift E along the offset: '0.1 mm'.",
+    "Shift P along the pinion axis, from apex to heel.",
+    "Shift G along the gear axis, from apex to heel.",
+    "Change of the shaft angle: '2 arcmin'.",
+)
 FrictionOption = Annotated[
     str | None,
     typer.Option(
         help="Formula file or name, constant:0.05, a published formula, ehl, ehl:smooth; default: that of the oil."
     ),
 ]
-StrengthOption = Annotated[
-    bool,
-    advanced(
-        "--strength",
-        help="Add columns of worst grade, safety factors, integral temperature, specific film (0.1 s per point).",
-    ),
-]
+StrengthOption = switch(
+    "--strength", "Add columns of worst grade, safety factors, integral temperature, specific film (0.1 s per point)."
+)
 GradeOption = Annotated[
-    int | None, advanced(help="ISO 1328-1 accuracy grade (1 to 11) of random flank deviations in each state.")
+    int | None, console.advanced(help="ISO 1328-1 accuracy grade (1 to 11) of random flank deviations in each state.")
 ]
-MarkingOption = Annotated[str | None, advanced(help="Thickness of the marking compound, default '6.35 um'.")]
+MarkingOption = Annotated[str | None, console.advanced(help="Thickness of the marking compound, default '6.35 um'.")]
 JsonOption = Annotated[bool, output_option("--json", help="Print one JSON object in SI units.")]
 ReportOption = Annotated[Path | None, output_option(help="Write one HTML page, also for printing.")]
-UnitsOption = Annotated[str | None, advanced(help="Units of design tables: metric (default) or inch.")]
+UnitsOption = Annotated[str | None, console.advanced(help="Units of design tables: metric (default) or inch.")]
 _PAGE = {
     "plot": Annotated[Path | None, output_option(help="Folder for figures (PNG).")],
     "report": ReportOption,
     "units": UnitsOption,
 }
 _TABLES = {
-    "cite": Annotated[
-        bool | None, advanced("--cite", help="References of the laws, formulas and standards used; BibTeX with --json.")
-    ],
+    "cite": switch("--cite", "References of the laws, formulas and standards used; BibTeX with --json."),
     "xlsx": Annotated[Path | None, output_option(help="Write all tables into one workbook.")],
-    "csv": Annotated[Path | None, advanced(help="Folder for all tables as CSV.")],
+    "csv": Annotated[Path | None, console.advanced(help="Folder for all tables as CSV.")],
 }
-_FIGURE = {"plot": Annotated[Path | None, output_option(help="Write the figure (PNG, SVG, PDF).")]}
-_REPORT = {"report": ReportOption}
-TableOptions, PageOptions, FileOptions = file_options(_TABLES), file_options(_PAGE), file_options(_PAGE, _TABLES)
-ReportOptions, FigureOptions = file_options(_REPORT, _TABLES), file_options(_FIGURE, _REPORT, _TABLES)
+FigureOption = Annotated[Path | None, output_option(help="Write the figure (PNG, SVG, PDF).")]
+# for `present`
+TableOptions = group(check_files, json_output=JsonOption, **_TABLES)
+PageOptions = group(check_files, json_output=JsonOption, **_PAGE)
+FileOptions = group(check_files, json_output=JsonOption, **_PAGE, **_TABLES)
+ReportOptions = group(check_files, json_output=JsonOption, report=ReportOption, **_TABLES)
+FigureOptions = group(check_files, json_output=JsonOption, plot=FigureOption, report=ReportOption, **_TABLES)
 FreshOption = Annotated[
-    bool, advanced("--fresh", help="Delete the results of an earlier run in the folder and start again.")
+    bool, console.advanced("--fresh", help="Delete the results of an earlier run in the folder and start again.")
 ]
 
 
@@ -207,10 +184,10 @@ def kept(what: str, store: Path, fresh: bool) -> str:
 def present_folder(result: Any, json_output: bool, folder: Path) -> None:
     """Print a result and write it into a folder; exit code 1 if it failed."""
     written = result.write(folder=folder)
-    print_result(result, json_output)
+    console.print_result(result, json_output)
     for path in () if json_output else written:
         print(path)
-    fail_unless_converged(result.status, result.reason)
+    console.fail_unless_converged(result.status, result.reason)
 
 
 MAP_FILES = (".vtlm", ".fmu", ".mo", ".m")
@@ -225,7 +202,7 @@ def check_map_files(files: Sequence[Path] | None) -> None:
     for path in files or ():
         if path.suffix.lower() not in MAP_FILES:
             raise InputError("model", str(path), f"a file name ending in {', '.join(MAP_FILES)}")
-        check_outputs({"model": path})
+        console.check_outputs({"model": path})
 
 
 def write_map(found: Any, files: Sequence[Path] | None) -> None:
@@ -243,12 +220,11 @@ def present(
     try:  # files first, as standard output may be closed; the result is shown even if a file cannot be written
         result.write(**files, **options)
     finally:
-        print_result(result, json_output, more, cite=cite, **options)
-    fail_unless_converged(result.status, result.reason)
+        console.print_result(result, json_output, more, cite=cite, **options)
+    console.fail_unless_converged(result.status, result.reason)
 
 
 def refuse(what: str, options: Mapping[str, object]) -> None:
     """Raise an `InputError` for options that have no effect together with another choice."""
-    for name, value in options.items():
-        if value is not None and value is not False:
-            raise InputError(name, str(value), f"not together with {what}")
+    for name, value in console.given(options).items():
+        raise InputError(name, str(value), f"not together with {what}")

@@ -13,7 +13,7 @@ from efficiency.contact.gear_flanks import Side
 from efficiency.design.design import MISALIGNMENTS, MemberInput, Misalignment, PairDesign
 from efficiency.loss.efficiency_result import Bulk, LoadBalance
 from efficiency.loss.kinematics import OPERATION_LIMITS, TEXTURE, Driver, Operation
-from ehl.common.errors import InputError
+from ehl.common.errors import InputError, check_choice
 from ehl.common.quantities import Quantity, quantities
 from ehl.common.units import ValueRange, is_list
 from ehl.common.validation import value_range_of
@@ -117,15 +117,14 @@ class Conditions:
 
     @classmethod
     def of(cls, design: PairDesign, given: Mapping[str, Any]) -> Conditions:
-        """Conditions from the keywords of `ConditionValues`; those of the design where not given or None.
+        """Conditions from the keywords of `ConditionValues`; those of the design if not given or None.
 
         Raises `InputError`: an unknown name or an invalid value.
         """
         values: dict[str, Any] = {}
         for name, value in given.items():
             refuse_composite(name, value)
-            if name not in ConditionValues.__optional_keys__:
-                raise InputError("condition", name, "one of " + ", ".join(sorted(ConditionValues.__optional_keys__)))
+            check_choice("condition", name, sorted(ConditionValues.__optional_keys__))
             if value is not None:
                 values[name] = checked(name, value)
         options = {name: values.pop(name) for name in ("load_balance", "bulk") if name in values}
@@ -152,8 +151,7 @@ def checked(name: str, value: Any) -> Any:
         return QUANTITIES[name].check_given(value, name)
     if name in _WORDS:
         word = str(value).casefold()
-        if word not in _WORDS[name]:
-            raise InputError(name, value, " or ".join(_WORDS[name]))
+        check_choice(name, word, _WORDS[name])
         return word
     if name == "oil" and isinstance(value, str):
         Oil.load(value)
@@ -198,9 +196,9 @@ def split_axes(given: Mapping[str, Any], allowed: Sequence[str] = AXES) -> tuple
         refuse_composite(name, value)
         if name in ("load_balance", "bulk"):
             held[name] = None if value is None else checked(name, value)
-        elif name not in allowed:
-            raise InputError("axis", name, "one of " + ", ".join(allowed))
-        elif _several(name, value):
+            continue
+        check_choice("axis", name, allowed)
+        if _several(name, value):
             axes[name] = axis_values(name, value)
         else:
             held[name] = checked(name, value)

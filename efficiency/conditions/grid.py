@@ -126,9 +126,7 @@ def _on_axis(axes: Axes, name: str, held: float) -> FloatArray:
     shape = tuple(len(values) for values in axes.values())
     if name not in axes:
         return np.full(shape, held)
-    place = list(axes).index(name)
-    line = np.array(axes[name], dtype=np.float64).reshape([-1 if k == place else 1 for k in range(len(shape))])
-    return np.broadcast_to(line, shape)
+    return np.asarray(np.array(axes[name], dtype=np.float64)[np.indices(shape)[list(axes).index(name)]])
 
 
 def _linear(x: FloatArray, y: FloatArray, at: FloatArray) -> FloatArray:
@@ -308,7 +306,7 @@ class Evaluator:
         try:
             results = self.at(conditions)
         except ConvergenceError as error:
-            if len(conditions) > 1:  # each by itself: others may converge
+            if len(conditions) > 1:  # one by one: others may converge
                 return [point for condition in conditions for point in self._points([condition])]
             return [GridPoint(dict(conditions[0]), None, error.reason, error.detail)]
         return list(map(self._point, conditions, results))

@@ -1,8 +1,8 @@
 """Contact lines of an involute pair over a pinion pitch, in the plane of action, and its elastic teeth.
 
-Mesh frame: origin in the pitch point, x along the transverse line of action (the way of the force on the gear), z along
-the axes, y normal to the plane of action. A line of contact is x = x0 + z tan(beta_b); it moves with r_b1 times the
-speed of the pinion. Sliding is normal to the line at every point: v = (1 + 1/u) xi omega_1. The teeth
+Mesh frame: origin in the pitch point, x along the transverse line of action (the direction of the force on the gear),
+z along the axes, y normal to the plane of action. A line of contact is x = x0 + z tan(beta_b); it moves with r_b1
+times the speed of the pinion. Sliding is normal to the line at every point: v = (1 + 1/u) xi omega_1. The teeth
 are elastic solids: the solver of bevel teeth on a blank whose pitch cone is a cylinder.
 """
 

@@ -28,7 +28,7 @@ class CylindricalMember(MemberSurface):
     # of the basic rack over the module [-]
     addendum_factor: Factor = 1.0
     dedendum_factor: Factor = 1.25
-    tip_diameter: Length | None = None  # [m]; from addendum, profile shift and centre distance where not given
+    tip_diameter: Length | None = None  # [m]; from addendum, profile shift and centre distance if not given
     tip_relief: Depth = 0.0  # material removed at the tip, normal to the flank [m]
     # along the path of contact, from the tip down [m]; the relief grows linearly along it
     tip_relief_length: Depth = 0.0
@@ -49,7 +49,7 @@ class CylindricalDesign(PairDesign):
     pressure_angle_normal: Annotated[float, ValueRange("rad", ge=0.2, le=0.6)] = math.radians(20.0)
     helix_angle: Annotated[float, ValueRange("rad", ge=0.0, le=0.8)] = 0.0
     face_width: Length  # in common [m]
-    centre_distance: Length | None = None  # [m]; without backlash where not given
+    centre_distance: Length | None = None  # [m]; without backlash if not given
     # elastic teeth, or a load in proportion to the length of the contact lines
     load_share: Literal["elastic", "rigid"] = "elastic"
     edge_rounding: EdgeRounding | None = None  # radius of the tip edges [m]

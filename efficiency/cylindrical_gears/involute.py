@@ -8,6 +8,8 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 
+from scipy.optimize import newton
+
 from ehl.common.errors import InputError
 
 
@@ -26,7 +28,7 @@ class InvolutePair:
     helix_angle: float  # at the reference cylinder; 0 for spur gears
     profile_shift: tuple[float, float]  # x [-]
     face_width: float
-    centre_distance: float | None = None  # without backlash where not given
+    centre_distance: float | None = None  # without backlash if not given
     # of the basic rack over the module [-]
     addendum: tuple[float, float] = (1.0, 1.0)
     dedendum: tuple[float, float] = (1.25, 1.25)
@@ -65,13 +67,9 @@ class InvolutePair:
                 raise InputError("centre_distance", f"{1e3 * self.centre_distance:.6g} mm", least)
             return math.acos(cosine)
         shift = 2.0 * sum(self.profile_shift) / sum(self.teeth) * math.tan(self.pressure_angle)
-        value, angle = involute(self.transverse_angle) + shift, 1.2
-        for _ in range(60):  # Newton's method from above, where the involute is convex
-            step = (involute(angle) - value) / math.tan(angle) ** 2
-            angle -= step
-            if abs(step) < 1e-15:
-                break
-        return angle
+        value = involute(self.transverse_angle) + shift
+        # Newton's method from above, where the involute is convex
+        return float(newton(lambda a: involute(a) - value, 1.2, lambda a: math.tan(a) ** 2, tol=1e-15))
 
     @cached_property
     def centre(self) -> float:
@@ -153,7 +151,7 @@ class InvolutePair:
     def half_angle(self, member: int, radius: float) -> float:
         """Half the angle that a tooth of pinion (0) or gear (1) fills at a radius, transverse [rad].
 
-        Below the base circle the flanks go on radially.
+        Below the base circle the flanks continue radially.
         """
         z, x = self.teeth[member], self.profile_shift[member]
         at = math.acos(min(1.0, self.base[member] / radius))

@@ -17,18 +17,7 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 
-from efficiency.loss.efficiency_result import (
-    EdgeContact,
-    EfficiencyErrors,
-    EfficiencyResult,
-    FrictionRange,
-    LoadBalance,
-    MeshCycle,
-    OperatingConditions,
-    Reason,
-    ResultCase,
-    SolutionSize,
-)
+from efficiency.loss import efficiency_result as results
 from efficiency.loss.friction_equilibrium import balance_error, balance_friction, closed
 from efficiency.loss.kinematics import LoadedPoints, Operation, loaded_points
 from efficiency.loss.lubrication import SolvedFriction, at_hottest, local_lubrication
@@ -44,16 +33,8 @@ from ehl.common.errors import ConvergenceError
 from ehl.common.quantities import quantity
 from ehl.fluid.oil import Oil
 from regression.formula import Formula
+from regression.friction import models
 from regression.friction.conditions import Conditions
-from regression.friction.models import (
-    ConstantFriction,
-    FrictionEstimate,
-    FrictionFlag,
-    FrictionModel,
-    Request,
-    Run,
-    solve_together,
-)
 from regression.friction.published_registry import PUBLISHED, model_label
 
 T = TypeVar("T")
@@ -70,26 +51,26 @@ _UNKNOWN: dict[str, Any] = dict.fromkeys(
         *("power_loss", "power_loss_rolling", "power_input", "power_output", "friction_coefficient_mean"),
     ),
     math.nan,
-) | {"errors": EfficiencyErrors(*(math.nan,) * 4)}
+) | {"errors": results.EfficiencyErrors(*(math.nan,) * 4)}
 RANGES = (
     *("pressure_hertz", "radius_equivalent", "speed_entrainment", "slide_to_roll", "slide_to_roll_total"),
     *("speed_sliding", "speed_sliding_lengthwise", "load_per_length", "film_ratio_formula"),
 )
 
 
-def solve_friction(runs: Sequence[Run[T]], friction: FrictionModel, oil: Oil) -> list[T]:
+def solve_friction(runs: Sequence[models.Run[T]], friction: models.FrictionModel, oil: Oil) -> list[T]:
     """Results of runs with the same friction model and oil; the points of all are evaluated together."""
     formula = stand_in(friction, oil)[0] if friction.solves_contacts else friction
-    return solve_together(runs, friction, oil, formula)
+    return models.solve_together(runs, friction, oil, formula)
 
 
 def mesh_efficiency(
     loaded: LoadedGrids,
-    friction: FrictionModel,
+    friction: models.FrictionModel,
     oil: Oil,
     operation: Operation,
-    load_balance: LoadBalance = "frictionless",
-) -> EfficiencyResult:
+    load_balance: results.LoadBalance = "frictionless",
+) -> results.EfficiencyResult:
     """Friction, power loss and efficiency of a loaded mesh.
 
     loaded: from `load_grids`.
@@ -105,14 +86,14 @@ def mesh_efficiency(
 
 
 def _mesh_efficiency(
-    loaded: LoadedGrids, friction: FrictionModel, oil: Oil, operation: Operation
-) -> Run[EfficiencyResult]:
+    loaded: LoadedGrids, friction: models.FrictionModel, oil: Oil, operation: Operation
+) -> models.Run[results.EfficiencyResult]:
     clock = time.perf_counter()
     mesh, count = loaded.mesh, len(loaded.mesh.fine)
     modulus = mesh.teeth.effective_modulus
     fine = loaded_points(loaded.fine, modulus, operation)
     coarse = loaded_points(loaded.coarse, modulus, operation)
-    table, estimate = yield Request(fine.state, whole=True)
+    table, estimate = yield models.Request(fine.state, whole=True)
     estimate_coarse = yield from _on_coarse(friction, estimate, loaded, fine, coarse)
     load, moved, moved_coarse = loaded.fine, 0.0, 0.0
     if loaded.balance is not None and isinstance(load, TangentLoad) and isinstance(loaded.coarse, TangentLoad):
@@ -139,7 +120,7 @@ def _mesh_efficiency(
     sliding_power = float(position_losses(fine, np.ones(fine.force.size), count).mean())
     power_loss = float(losses.mean())
     distance = load.distance if isinstance(load, TangentLoad) else 0.0
-    errors = EfficiencyErrors(
+    errors = results.EfficiencyErrors(
         error_positions,
         error_points,
         contacts=abs(efficiency_at(losses * (1.0 + solved.mean_error)) - efficiency) if solved else 0.0,
@@ -149,11 +130,11 @@ def _mesh_efficiency(
     power_input = power_pinion if operation.driver == "pinion" else power_pinion + power_loss
     edges, (bulk_pinion, bulk_gear) = loaded.edges, operation.bulk
     cold = operation.temperature_bulk_pinion is None and operation.temperature_bulk_gear is None
-    found = EfficiencyResult(
+    found = results.EfficiencyResult(
         design=mesh.design,
         side=mesh.side,
         friction_model=friction.name,
-        conditions=OperatingConditions(
+        conditions=results.OperatingConditions(
             torque=torque,
             speed=speed,
             temperature=operation.temperature,
@@ -178,14 +159,14 @@ def _mesh_efficiency(
         power_output=power_input - power_loss,
         friction_coefficient_mean=power_loss / sliding_power if sliding_power > 0.0 else math.nan,
         pressure_hertz_max=loaded.fine.pressure_hertz_max,
-        edges=EdgeContact(
+        edges=results.EdgeContact(
             edges.pressure,
             edges.pressure_lower,
             edges.pressure_upper,
             edges.share,
             _share(estimate.mu * fine.force * fine.speed_sliding, loaded.fine.loaded["at_edge"].astype(bool)),
         ),
-        cycle=MeshCycle(
+        cycle=results.MeshCycle(
             transmission_error_loaded=float(np.ptp(loaded.fine.transmission_error)),
             transmission_error_unloaded=mesh.unloaded_error,
             pinion_angle=np.array([p.pinion_angle for p in mesh.fine]),
@@ -194,13 +175,13 @@ def _mesh_efficiency(
             transmission_error=loaded.fine.transmission_error,
         ),
         outside_range_share=_outside_range(fine, estimate),
-        friction_range=FrictionRange(
+        friction_range=results.FrictionRange(
             ranges={name: (float(table[name].min()), float(table[name].max())) for name in RANGES},
-            flags={flag.name.lower(): int(np.count_nonzero(estimate.flag == flag)) for flag in FrictionFlag},
+            flags={flag.name.lower(): int(np.count_nonzero(estimate.flag == flag)) for flag in models.FrictionFlag},
             flag_shares=_flag_shares(fine, estimate),
             measured_share=_measured_share(fine, table),
         ),
-        solution=SolutionSize(
+        solution=results.SolutionSize(
             positions=count,
             points_per_line=mesh.points_per_line,
             points_loaded=fine.force.size,
@@ -223,20 +204,20 @@ def _mesh_efficiency(
         points=fine,
         friction=estimate,
         lubrication=lubrication,
-        case=ResultCase(friction, operation, oil),
+        case=results.ResultCase(friction, operation, oil),
     )
     return replace(found, **_UNKNOWN) if reason else found
 
 
 def balanced_efficiency(
     loaded: LoadedGrids,
-    friction: FrictionModel,
+    friction: models.FrictionModel,
     oil: Oil,
     operation: Operation,
-    load_balance: LoadBalance,
+    load_balance: results.LoadBalance,
     *,
     many: bool = False,
-) -> Run[EfficiencyResult]:
+) -> models.Run[results.EfficiencyResult]:
     """`mesh_efficiency` as a run of `solve_friction`.
 
     many: for one of many points, such as of a map: faster, with a larger stated error of the balance.
@@ -246,8 +227,8 @@ def balanced_efficiency(
     try:
         balanced = yield from balance_friction(loaded, operation, many=many)
     except ConvergenceError as error:
-        reason = cast("Reason", error.reason)
-        without = mesh_efficiency(loaded, ConstantFriction(0.0), oil, operation)
+        reason = cast("results.Reason", error.reason)
+        without = mesh_efficiency(loaded, models.ConstantFriction(0.0), oil, operation)
         note = f"{error.detail}: no state of uniform motion exists at this torque"
         return replace(
             without,
@@ -263,8 +244,12 @@ def balanced_efficiency(
 
 
 def _on_coarse(
-    model: FrictionModel, estimate: FrictionEstimate, loaded: LoadedGrids, fine: LoadedPoints, coarse: LoadedPoints
-) -> Run[FrictionEstimate]:
+    model: models.FrictionModel,
+    estimate: models.FrictionEstimate,
+    loaded: LoadedGrids,
+    fine: LoadedPoints,
+    coarse: LoadedPoints,
+) -> models.Run[models.FrictionEstimate]:
     """Friction on the coarse grid, that of solved contacts from the fine grid.
 
     The coarse grid serves only the error estimate, so it needs no interval and no check of the range.
@@ -272,12 +257,12 @@ def _on_coarse(
     if model.solves_contacts:
         mu, without = _values_on_lines(estimate.mu, (loaded.fine, fine), (loaded.coarse, coarse)), "NOT_CONVERGED"
     else:
-        mu, without = (yield Request(coarse.state))[1].mu, "UNDEFINED"
-    flag = np.where(np.isfinite(mu), FrictionFlag.OK, FrictionFlag[without]).astype(np.int8)
-    return FrictionEstimate(mu, mu, mu, flag)
+        mu, without = (yield models.Request(coarse.state))[1].mu, "UNDEFINED"
+    flag = np.where(np.isfinite(mu), models.FrictionFlag.OK, models.FrictionFlag[without]).astype(np.int8)
+    return models.FrictionEstimate(mu, mu, mu, flag)
 
 
-def _reason(loaded: LoadedGrids, *frictions: FrictionEstimate) -> Reason:
+def _reason(loaded: LoadedGrids, *frictions: models.FrictionEstimate) -> results.Reason:
     for load in (loaded.fine, loaded.coarse):
         if load.reason == "newton_limit":
             return "load_newton_limit"
@@ -286,19 +271,19 @@ def _reason(loaded: LoadedGrids, *frictions: FrictionEstimate) -> Reason:
     teeth = loaded.mesh.teeth
     if any(points_above_hardness(load, teeth)[0] or edges_yield(load, teeth) for load in (loaded.fine, loaded.coarse)):
         return "pressure_above_hardness"
-    if any(np.any(friction.flag == FrictionFlag.NOT_CONVERGED) for friction in frictions):
+    if any(np.any(friction.flag == models.FrictionFlag.NOT_CONVERGED) for friction in frictions):
         return "friction_not_converged"
     return "friction_undefined" if any(np.any(_missing(friction)) for friction in frictions) else ""
 
 
-def _missing(friction: FrictionEstimate) -> BoolArray:
-    return (friction.flag >= FrictionFlag.NOT_CONVERGED) | ~np.isfinite(friction.mu)
+def _missing(friction: models.FrictionEstimate) -> BoolArray:
+    return (friction.flag >= models.FrictionFlag.NOT_CONVERGED) | ~np.isfinite(friction.mu)
 
 
 def _notes(
     loaded: LoadedGrids,
-    model: FrictionModel,
-    friction: FrictionEstimate,
+    model: models.FrictionModel,
+    friction: models.FrictionEstimate,
     points: LoadedPoints,
     operation: Operation,
     oil: Oil,
@@ -325,22 +310,22 @@ def _notes(
         notes += (f"{name} has no value at {missing} of {friction.mu.size} loaded points",)
     if isinstance(friction, SolvedFriction) and friction.failed:
         reasons = ", ".join(f"{reason_text(reason)}: {count}" for reason, count in sorted(friction.failed.items()))
-        share = _flag_shares(points, friction)[FrictionFlag.PREDICTED.name.lower()]
+        share = _flag_shares(points, friction)[models.FrictionFlag.PREDICTED.name.lower()]
         how = f"predicted by the others, {100.0 * share:.2g} % of the loss" if share > 0.0 else "omitted"
         notes += (f"{sum(friction.failed.values())} of {friction.contacts} contacts not solved ({reasons}): {how}",)
-    blind = not model.uses_texture and not isinstance(model, ConstantFriction)
+    blind = not model.uses_texture and not isinstance(model, models.ConstantFriction)
     if blind and np.any(points.state.peklenik_number != 1.0):
         notes += ("the friction model assumes isotropic roughness: the Peklenik number has no effect",)
     return notes
 
 
-def _flag_shares(points: LoadedPoints, estimate: FrictionEstimate) -> dict[str, float]:
+def _flag_shares(points: LoadedPoints, estimate: models.FrictionEstimate) -> dict[str, float]:
     """Share of the loss by flag; points without friction are weighted with the mean friction of the others."""
     known = np.isfinite(estimate.mu)
     typical = float(estimate.mu[known].mean()) if known.any() else 1.0
     power = np.where(known, estimate.mu, typical) * points.force * points.speed_sliding
     total = max(float(power.sum()), np.finfo(float).tiny)
-    return {flag.name.lower(): float(power[estimate.flag == flag].sum()) / total for flag in FrictionFlag}
+    return {flag.name.lower(): float(power[estimate.flag == flag].sum()) / total for flag in models.FrictionFlag}
 
 
 def _share(power: FloatArray, where: BoolArray) -> float:
@@ -349,9 +334,9 @@ def _share(power: FloatArray, where: BoolArray) -> float:
     return float(power[where].sum()) / total if total != 0.0 else 0.0
 
 
-def _outside_range(points: LoadedPoints, estimate: FrictionEstimate) -> float:
+def _outside_range(points: LoadedPoints, estimate: models.FrictionEstimate) -> float:
     """Share of the sliding power at points outside the range of the model, including points without a value."""
-    outside = (estimate.flag == FrictionFlag.OUTSIDE_RANGE) | (estimate.flag == FrictionFlag.UNDEFINED)
+    outside = (estimate.flag == models.FrictionFlag.OUTSIDE_RANGE) | (estimate.flag == models.FrictionFlag.UNDEFINED)
     return _share(points.force * points.speed_sliding, outside)
 
 

@@ -14,16 +14,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.loss.contact_sample import (
-    coordinates,
-    divide,
-    fewest,
-    nearest,
-    predict,
-    remoteness,
-    spread,
-    worth_solving,
-)
+from efficiency.loss import contact_sample as sample
 from efficiency.loss.lubrication import SolvedFriction
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
@@ -120,25 +111,25 @@ class EhlFriction(FrictionModel):
         few contacts remain, they have no friction. A contact that has not fully settled counts with its error.
         """
         state = state_of(conditions)
-        place = coordinates(state)
+        place = sample.coordinates(state)
         power = state.load_per_length * state.speed_sliding
         if self.points is None or state.size <= (self.points if self.tolerance == 0.0 else FIRST):
             chosen = np.arange(state.size)
             return _friction(place, power, chosen, self._solve(state, oil, chosen, 0, chosen.size))
-        least = fewest(place.shape[1])
+        least = sample.fewest(place.shape[1])
         if self.points < least:
             hint = f"With fewer contacts the friction at the other {state.size - self.points} points is not predicted."
             raise InputError("points", self.points, f"at least {least}, or None for all points", hint)
-        able = worth_solving(state, power)
+        able = sample.worth_solving(state, power)
         most = min(self.points, able.size)
         first = most if self.tolerance == 0.0 else min(FIRST, most)
-        chosen = able[spread(place[able], power[able], first)]
+        chosen = able[sample.spread(place[able], power[able], first)]
         solved = self._solve(state, oil, chosen, 0, chosen.size)
         while self.tolerance > 0.0 and chosen.size < most:
             error, parts = _left_open(place, power, chosen, solved)
             if error <= self.tolerance:
                 break
-            more = divide(place, power, able, chosen, parts, min(MORE, most - chosen.size))
+            more = sample.divide(place, power, able, chosen, parts, min(MORE, most - chosen.size))
             if not more.size:
                 break
             # the random error decreases with the square root of the number of contacts
@@ -183,7 +174,8 @@ class EhlFriction(FrictionModel):
             **{name: value for name, value in chemistry.items() if value is not None},
         )
         bulk = float(state.temperature_bulk_1[at]), float(state.temperature_bulk_2[at])
-        return _line(state, at), oil.at(float(state.temperature_oil[at])), surface, bulk
+        line = LineContact.from_pressure(**line_conditions(state, at))
+        return line, oil.at(float(state.temperature_oil[at])), surface, bulk
 
 
 def _solve_one(
@@ -210,7 +202,9 @@ def _left_open(place: FloatArray, power: FloatArray, chosen: IntArray, solved: S
     known = np.isfinite(solved.values[0])
     share = power / power.sum() if power.any() else np.full(power.size, 1.0 / power.size)
     contacts = chosen[known]
-    prediction = predict(place, place[contacts], solved.values[:, known], share[contacts]) if known.any() else None
+    prediction = (
+        sample.predict(place, place[contacts], solved.values[:, known], share[contacts]) if known.any() else None
+    )
     if prediction is None:
         return math.inf, np.ones(chosen.size)
     missed = np.abs((share @ prediction.weights) * prediction.missed)
@@ -225,7 +219,7 @@ def _friction(place: FloatArray, power: FloatArray, chosen: IntArray, solved: So
     """Friction at all points from the chosen ones."""
     size, every = len(place), chosen.size == len(place)
     known = np.isfinite(solved.values[0])
-    doubtful = ~known[nearest(place, place[chosen])]
+    doubtful = ~known[sample.nearest(place, place[chosen])]
     total = float(power.sum())
     # without sliding all points have equal weight
     share = power / total if total > 0.0 else np.full(size, 1.0 / size)
@@ -234,11 +228,11 @@ def _friction(place: FloatArray, power: FloatArray, chosen: IntArray, solved: So
     prediction = None
     if known.any() and not (every and known.all()):
         weight = share[chosen[known]]
-        prediction = predict(place, place[chosen[known]], solved.values[:, known], weight)
+        prediction = sample.predict(place, place[chosen[known]], solved.values[:, known], weight)
     if prediction is not None:
         square = prediction.missed**2
         reach = _WIDTH * math.sqrt(float(np.average(square, weights=weight if weight.any() else None)))
-        worst = max(reach, math.sqrt(square.max())) * remoteness(place, place[chosen[known]])
+        worst = max(reach, math.sqrt(square.max())) * sample.remoteness(place, place[chosen[known]])
         values, half = prediction.values, np.where(doubtful, worst, reach)
         # random errors of different contacts are independent
         chance = _WIDTH * float(np.linalg.norm((share @ prediction.weights) * prediction.missed))
@@ -247,7 +241,7 @@ def _friction(place: FloatArray, power: FloatArray, chosen: IntArray, solved: So
         chance = float(np.linalg.norm((share * solved.scatter)[known]))
     if float(share[doubtful].sum()) > MAX_FAILED:
         values[:, doubtful] = np.nan
-    bias = solved.bias[known][nearest(place, place[chosen[known]])] if known.any() else np.full(size, np.nan)
+    bias = solved.bias[known][sample.nearest(place, place[chosen[known]])] if known.any() else np.full(size, np.nan)
     # errors of the method are those of all contacts alike, random ones are independent of them
     method = float((share * bias).sum())
     missing = math.hypot(chance, method) + float((share * half)[doubtful].sum())
@@ -301,9 +295,10 @@ def ehl_friction(
     return EhlFriction(spec, "smooth" in wanted, points, tolerance, bodies=bodies or (steel, steel), skewness=skewness)
 
 
-def _line(state: ContactState, at: int) -> LineContact:
+def line_conditions(state: ContactState, at: int) -> dict[str, float]:
+    """Keywords of a line contact at one point."""
     names = (
         *("radius_equivalent", "effective_modulus", "pressure_hertz", "speed_entrainment"),
         *("slide_to_roll", "speed_sliding_lengthwise"),
     )
-    return LineContact.from_pressure(**{name: float(getattr(state, name)[at]) for name in names})
+    return {name: float(getattr(state, name)[at]) for name in names}

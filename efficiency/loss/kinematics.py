@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Literal, Self, get_args
+from typing import Annotated, Literal, Self
 
 import numpy as np
 from pydantic import model_validator
@@ -11,7 +11,6 @@ from efficiency.contact.assembly import Axis as Axis
 from efficiency.contact.contact_lines import MeshPosition
 from efficiency.ltca.load_distribution import LoadDistribution
 from ehl.common.arrays import FloatArray, IntArray
-from ehl.common.errors import InputError
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel, in_any_case, value_range_of
 from ehl.fluid.oil import Oil
@@ -47,22 +46,11 @@ class OperatingPoint(InputModel):
 OPERATION_LIMITS: dict[str, ValueRange] = {
     name: value_range_of(OperatingPoint, name) for name in ("torque", "speed", "temperature")
 }
-_LIMITS = {
-    "speed": OPERATION_LIMITS["speed"],
-    **dict.fromkeys(("temperature", "temperature_inlet"), OPERATION_LIMITS["temperature"]),
-    **{f"temperature_bulk_{member}": OPERATION_LIMITS["temperature"] for member in ("pinion", "gear")},
-    **{f"roughness_rms_{member}": value_range_of(SurfaceInput, "roughness_rms_1") for member in ("pinion", "gear")},
-    **TEXTURE,
-}
 
 
 @dataclass(frozen=True)
 class Operation:
-    """Operating conditions of a pair.
-
-    Raises `InputError` for a speed that is not above 0, a temperature outside the range of oils, an invalid roughness,
-    or an unknown member.
-    """
+    """Operating conditions of a pair, from values that `efficiency.conditions.conditions` has checked."""
 
     speed: float  # angular speed [rad/s]
     temperature: float  # oil temperature [K], also at the inlet of the contacts unless `temperature_inlet` is given
@@ -86,13 +74,6 @@ class Operation:
     finish_pinion: Finish | None = None
     finish_gear: Finish | None = None
     uncertainty: UncertaintyInput = DEFAULT  # spreads of the inputs
-
-    def __post_init__(self) -> None:
-        if self.driver not in get_args(Driver):
-            raise InputError("driver", self.driver, " or ".join(get_args(Driver)))
-        for name, limits in _LIMITS.items():
-            if getattr(self, name) is not None:
-                limits.check(getattr(self, name), name)
 
     def texture(self, lay_pinion: FloatArray, lay_gear: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Correlation length across the contact line [m] and Peklenik number of both flanks together.

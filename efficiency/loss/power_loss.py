@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from efficiency.loss.kinematics import Driver, LoadedPoints
 from ehl.common.arrays import FloatArray
@@ -69,11 +68,11 @@ def loss_by_region(result: EfficiencyResult) -> FloatArray:
     points, outline = result.points, result.load.tooth_outline
     face, height = (result.points.values(result.load.cycle, name) for name in ("face_gear", "height_gear"))
     width = float(outline[0].max() - outline[0].min())
-    column = _third((face - outline[0].min()) / width)
-    row = _third(height / local_height(outline, face))
+    row, column = height / local_height(outline, face), (face - outline[0].min()) / width
+    inside: list[FloatArray] = [np.clip(share, 0.0, 1.0) for share in (row, column)]
     power = result.friction.mu * points.force * points.speed_sliding
-    shares = np.zeros((3, 3))
-    np.add.at(shares, (row, column), power)
+    whole = ((0.0, 1.0), (0.0, 1.0))
+    shares = np.histogram2d(inside[0], inside[1], 3, whole, weights=power)[0]
     total = shares.sum()
     return shares / total if total > 0.0 else np.full((3, 3), np.nan)
 
@@ -95,7 +94,3 @@ def friction_along_mesh(result: EfficiencyResult) -> FloatArray:
     sliding, mu = position_losses(result.points, np.ones(result.points.force.size), count), np.full(count, np.nan)
     np.divide(result.cycle.power_loss, sliding, out=mu, where=sliding > 0.0)
     return mu
-
-
-def _third(share: FloatArray) -> NDArray[np.int64]:
-    return np.clip((3.0 * share).astype(np.int64), 0, 2)

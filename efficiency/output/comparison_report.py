@@ -3,30 +3,33 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Iterable
 from dataclasses import replace
-from functools import partial
+from itertools import chain
+from operator import attrgetter
 from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.ticker import NullFormatter
 
+from efficiency.loss.efficiency_result import pair_notes
 from efficiency.loss.power_loss import FACES, HEIGHTS, friction_along_mesh
 from efficiency.output.tables import (
-    comparison_notes,
-    comparison_tables,
-    duty_models_table,
-    models_table,
+    limit_columns,
     operating_point,
     operating_state,
     percent,
+    remarks_table,
+    result_notes,
 )
 from ehl.common.arrays import FloatArray
 from ehl.common.data import reason_text
-from ehl.common.figures import BLUE, GREY, ORANGE, axes_or_new, figure_of, new_figure, panels
+from ehl.common.figures import BLUE, GREY, ORANGE, axes_or_new, figure_of, panels
+from ehl.common.notes import Note
 from ehl.common.quantities import typeset_units
-from ehl.common.sections import Head, Item, KeyFigures, MainResult, Medium, Notes, Picture, Row, Section, Text
+from ehl.common.sections import Head, Item, KeyFigures, MainResult, Medium, Notes, Row, Section, Text, picture
+from ehl.common.table import Column, Table
 from regression.friction.published_registry import PUBLISHED, model_label
 
 if TYPE_CHECKING:
@@ -87,21 +90,18 @@ def axis_limit(ends: FloatArray) -> float:
     return float(near.max())
 
 
-def plot_friction_along_mesh(comparison: Comparison) -> Figure:
+def plot_friction_along_mesh(comparison: Comparison) -> Axes:
     """Friction coefficient over one pinion pitch, one line per model."""
-    return _along(
-        comparison, [friction_along_mesh(result) for result in comparison.results], "friction coefficient [-]"
-    )
+    return _along(comparison, list(map(friction_along_mesh, comparison.results)), "friction coefficient [-]")
 
 
-def plot_loss_along_mesh(comparison: Comparison) -> Figure:
+def plot_loss_along_mesh(comparison: Comparison) -> Axes:
     """Power loss over one pinion pitch, one line per model."""
     return _along(comparison, [result.cycle.power_loss for result in comparison.results], "power loss [W]")
 
 
-def _along(comparison: Comparison, values: list[FloatArray], label: str) -> Figure:
-    figure = new_figure(7.0, 3.9 + 0.2 * len(values))
-    axes: Axes = figure.add_subplot()
+def _along(comparison: Comparison, values: list[FloatArray], label: str) -> Axes:
+    axes = axes_or_new(None, 7.0, 3.9 + 0.2 * len(values))
     shades = colormaps["viridis"](np.linspace(0.0, 0.9, max(len(values), 2)))
     for number, (result, line) in enumerate(zip(comparison.results, values, strict=True)):
         roll = result.cycle.pinion_angle / result.cycle.pitch
@@ -109,8 +109,8 @@ def _along(comparison: Comparison, values: list[FloatArray], label: str) -> Figu
         axes.plot(roll, line, label=comparison.rows[number].label, **style)
     axes.set(xlabel="pinion roll [pinion pitches]", ylabel=label, ylim=(0.0, None))
     axes.grid(alpha=0.3)
-    figure.legend(fontsize=8, frameon=False, loc="outside lower center")
-    return figure
+    figure_of(axes).legend(fontsize=8, frameon=False, loc="outside lower center")
+    return axes
 
 
 def plot_loss_by_region(comparison: Comparison) -> Figure:
@@ -138,11 +138,10 @@ def plot_loss_by_region(comparison: Comparison) -> Figure:
     return figure
 
 
-def plot_run_time(comparison: Comparison) -> Figure:
+def plot_run_time(comparison: Comparison) -> Axes:
     """Run time of friction and loss for each friction model, without geometry and load."""
     rows = [row for row in comparison.rows if row.kind == "mesh"][::-1]
-    figure = new_figure(7.0, 0.9 + 0.34 * len(rows))
-    axes: Axes = figure.add_subplot()
+    axes = axes_or_new(None, 7.0, 0.9 + 0.34 * len(rows))
     seconds = np.maximum([row.seconds for row in rows], 1e-5)
     bars = axes.barh(np.arange(len(rows)), seconds, color=BLUE)
     axes.bar_label(bars, [f"{value:.3g} s" for value in seconds], padding=4, fontsize=8)
@@ -150,7 +149,84 @@ def plot_run_time(comparison: Comparison) -> Figure:
     axes.set_xscale("log")
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.set(xlabel="run time of friction and loss [s]", xlim=(None, 6.0 * float(seconds.max())))
-    return figure
+    return axes
+
+
+_COMPARED = (
+    *("friction_model", "efficiency", "power_loss", "friction_coefficient_mean"),
+    *("efficiency_lower", "efficiency_upper", "outside_range_share", "seconds", "status", "reason", "kind"),
+    *("efficiency_error", "efficiency_with_rolling"),
+)
+
+
+def comparison_notes(comparison: Comparison) -> list[Note]:
+    """Notes of a comparison, one for each kind with the model for which it is worst."""
+    return pair_notes(
+        pair for result in comparison.results for pair in result_notes(result, (), model_label(result.friction_model))
+    )
+
+
+def models_table(comparison: Comparison) -> Table:
+    """The table for terminal and page, by increasing loss; a model without uncertain inputs has no interval."""
+    limits, known = limit_columns(comparison.rows), comparison.rows
+    columns = [
+        Column("friction_model"),
+        Column("power_loss", label="loss", digits=3, rounded=True),
+        Column("loss_factor", label="loss ratio", decimals=2),
+        Column("efficiency", decimals=2),
+        replace(limits["efficiency_lower"], label="lower limit"),
+        replace(limits["efficiency_upper"], label="upper limit"),
+        Column("friction_coefficient_mean", label="mean mu", digits=3),
+        Column("outside_range_share", label="outside its range", decimals=1),
+    ]
+    if any(row.status != "converged" for row in known):
+        columns.append(Column("reason"))
+    rows = []
+    for row in sorted(known, key=lambda row: (math.isnan(row.power_loss), row.power_loss)):
+        exact = ["outside_range_share"] if row.kind == "closed form" else []
+        exact += [] if row.efficiency_lower < row.efficiency_upper else ["efficiency_lower", "efficiency_upper"]
+        rows.append((row.label, *(None if c.name in exact else getattr(row, c.name) for c in columns[1:])))
+    return Table(columns, rows, title=operating_point(comparison), name="models")
+
+
+def duty_models_table(comparison: Comparison) -> Table:
+    """Energies of a duty cycle by friction model, by increasing loss."""
+    columns = [
+        Column("friction_model"),
+        Column("energy_loss", digits=3, rounded=True),
+        Column("energy_factor", label="ratio", decimals=2),
+        Column("energy_factor_min", label="least of a row", decimals=2),
+        Column("energy_factor_max", label="largest of a row", decimals=2),
+    ]
+    known = sorted((row for row in comparison.rows if row.energy_loss > 0.0), key=attrgetter("energy_loss"))
+    rows = [(row.label, *(getattr(row, column.name) for column in columns[1:])) for row in known]
+    base = next((row.label for row in known if row.energy_factor == 1.0), "the first model")
+    title = f"Energy lost by sliding over the duty cycle; ratios over {base}"
+    return Table(columns, rows, title=title, name="duty")
+
+
+def comparison_tables(comparison: Comparison) -> list[Table]:
+    """One row per result, friction and loss along the mesh, loss by region of the flank, remarks."""
+
+    def along(name: str, quantity: str, lines: Iterable[FloatArray]) -> Table:
+        columns: dict[Column, FloatArray] = {Column("pinion_angle"): comparison.results[0].cycle.pinion_angle}
+        for row, line in zip(comparison.rows, lines, strict=False):
+            columns[Column(row.name, of=quantity, label=row.name)] = line
+        return Table.from_columns(columns, name=name)
+
+    regions = [
+        Column(f"{height}, {face}", of="share", label=f"{height}, {face}") for height in HEIGHTS for face in FACES
+    ]
+    shares = [(row.name, *chain.from_iterable(row.loss_regions)) for row in comparison.rows if row.loss_regions]
+    rows = [[row.name, *(getattr(row, name) for name in _COMPARED[1:])] for row in comparison.rows]
+    return [
+        # all columns, models by their names in commands
+        Table(_COMPARED, rows, title=operating_point(comparison), name="models"),
+        along("friction along the mesh", "mu", map(friction_along_mesh, comparison.results)),
+        along("loss along the mesh", "power_loss", (result.cycle.power_loss for result in comparison.results)),
+        Table(("friction_model", *regions), shares, name="share of loss by region"),
+        remarks_table(comparison.results),
+    ]
 
 
 CAPTION = (
@@ -176,32 +252,21 @@ def comparison_sections(comparison: Comparison, medium: Medium) -> list[Section]
         f"{fitted if comparison.reference else ''}Geometry and load are shared. The closed forms use one constant "
         "friction coefficient for the pair. No uncertainty is available for a model without uncertain inputs."
     )
-    along = (
-        (plot_friction_along_mesh, "Mean over all tooth pairs in mesh, weighted with the sliding power."),
-        (plot_loss_along_mesh, "Power loss at each position of a pinion pitch."),
-    )
-
-    def picture(draw: Callable[[Comparison], Figure | Axes], caption: str) -> Picture:
-        return Picture(partial(draw, comparison), caption, draw.__name__.removeprefix("plot_"))
-
+    weighted = "Mean over all tooth pairs in mesh, weighted with the sliding power."
+    along = [
+        picture("friction_along_mesh", weighted, plot_friction_along_mesh, comparison),
+        picture("loss_along_mesh", "Power loss at each position of a pinion pitch.", plot_loss_along_mesh, comparison),
+    ]
+    head = Head(f"Friction models compared: {comparison.design}", point)
+    tiles = KeyFigures([_tile(row) for row in mesh[:10]])
+    bars = picture("comparison", CAPTION, plot_comparison, comparison)
+    run_time = picture("run_time", "One run each; geometry and load are shared.", plot_run_time, comparison)
     return [
-        Section(
-            "",
-            [
-                Head(f"Friction models compared: {comparison.design}", point),
-                _answer(comparison),
-                Text(_sentence(comparison)),
-                KeyFigures([_tile(row) for row in mesh[:10]]),
-                notes,
-            ],
-        ),
-        Section(
-            "Power loss",
-            [picture(plot_comparison, CAPTION), replace(models_table(comparison), title=""), Text(shared), *duty],
-        ),
-        Section("Along the mesh", [Row([picture(*each) for each in along])]),
-        Section("Loss by region of the flank", [picture(plot_loss_by_region, REGIONS)]),
-        Section("Run time", [picture(plot_run_time, "One run each; geometry and load are shared.")]),
+        Section("", [head, _answer(comparison), Text(_sentence(comparison)), tiles, notes]),
+        Section("Power loss", [bars, replace(models_table(comparison), title=""), Text(shared), *duty]),
+        Section("Along the mesh", [Row(along)]),
+        Section("Loss by region of the flank", [picture("loss_by_region", REGIONS, plot_loss_by_region, comparison)]),
+        Section("Run time", [run_time]),
     ]
 
 

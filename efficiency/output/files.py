@@ -24,7 +24,7 @@ from efficiency.design.design import Design
 from efficiency.output.machine_summary import Units, sheet_text, write_summary
 from efficiency.output.solid import member_solid, tooth_space_solid, write_stl
 from ehl.common.arrays import FloatArray
-from ehl.common.errors import ConvergenceError, InputError, check_count
+from ehl.common.errors import ConvergenceError, check_choice, check_count
 from ehl.common.files import replacing, write_file
 from ehl.common.units import ValueRange
 
@@ -77,10 +77,8 @@ def write_inspection_grid(path: Path, design: Design, member: Member, side: Flan
     """
     blank = (design.pinion if member == "pinion" else design.gear).blank
     rows, columns = grid.u.shape
-    number_row, number_column = np.meshgrid(np.arange(1, rows + 1), np.arange(1, columns + 1), indexing="ij")
-    table = np.column_stack(
-        [number_row.ravel(), number_column.ravel(), *grid.position.reshape(3, -1) * 1e3, *grid.normal.reshape(3, -1)]
-    )
+    numbers = np.indices((rows, columns)).reshape(2, -1) + 1
+    table = np.column_stack([*numbers, *grid.position.reshape(3, -1) * 1e3, *grid.normal.reshape(3, -1)])
     header = (
         f"# {FORMAT}; member={member}; flank={side}; units=mm\n"
         f"# design={design.name}; teeth={blank.teeth}; hand={blank.hand}; rows={rows} from root to tip; "
@@ -112,12 +110,10 @@ def export_design(
     """Write the chosen files; see `efficiency.pair.GearPair.export`."""
     chosen = list(what)
     for part in chosen:
-        if part not in EXPORTS:
-            raise InputError("what", part, "some of " + ", ".join(EXPORTS))
+        check_choice("what", part, EXPORTS)
     for name, count in (("rows", rows), ("columns", columns)):
         check_count(name, count, 5, 200)
-    if not 0.0 <= margin <= 0.3:
-        raise InputError("margin", margin, "from 0 to 0.3")
+    ValueRange("", ge=0.0, le=0.3).check(margin, "margin")
     length = ValueRange("m", ge=0.0, le=3.0)
     thickness = None if rim is None else length.check_given(rim, "rim")
     hole = None if bore is None else length.check_given(bore, "bore")

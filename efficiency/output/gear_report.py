@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
@@ -17,29 +16,28 @@ from efficiency.geometry.design_drawing import design_drawing
 from efficiency.geometry.pair_geometry import geometry_notes
 from efficiency.loss.efficiency import measured_states
 from efficiency.loss.efficiency_result import EfficiencyResult, pair_notes
-from efficiency.output import plots_flank as flank_plots
-from efficiency.output import tables
+from efficiency.output import plots_flank, plots_load, tables
 from efficiency.output.flank_map import FlankMap
 from efficiency.output.geometry_report import AXIAL_SECTION, misalignment_text, settings_tables
 from efficiency.output.machine_summary import Units
 from efficiency.output.plots_geometry import blank_figure
-from efficiency.output.plots_load import (
-    is_map,
-    map_figures,
-    plot_duty,
-    plot_forces,
-    plot_friction_and_loss,
-    plot_load_sharing,
-    plot_map,
-    plot_pair_load,
-    plot_root_stress,
-    plot_transmission_error,
-)
-from efficiency.output.tables import result_notes, said_of_grid
 from ehl.common.data import reason_text
 from ehl.common.errors import InputError
 from ehl.common.quantities import quantity
-from ehl.common.sections import Folded, Head, Item, KeyFigures, MainResult, Medium, Notes, Picture, Row, Section, Text
+from ehl.common.sections import (
+    Folded,
+    Head,
+    Item,
+    KeyFigures,
+    MainResult,
+    Medium,
+    Notes,
+    Picture,
+    Row,
+    Section,
+    Text,
+    picture,
+)
 from ehl.common.table import Table
 from ehl.fluid.pressure_viscosity import alpha_of
 from ehl.surface.finish import default_correlation_length
@@ -66,11 +64,11 @@ def gear_sections(result: EfficiencyResult, medium: Medium, units: Units = "metr
         return [Section("", [Head(_title(result)), tables.result_table(result), *own, *points, *drawing])]
     strength = [replace(result.strength.table(), notes=result.strength.notes)] if result.has_strength else []
     inputs = [] if result.own_inputs is None else [result.own_inputs.table()]
-    notes = Notes(pair_notes(result_notes(result)))
+    notes = Notes(pair_notes(tables.result_notes(result)))
     return [Section("", [tables.efficiency_table(result), notes, *strength, *inputs])]
 
 
-plot_gear = plot_friction_and_loss
+plot_gear = plots_load.plot_friction_and_loss
 
 
 def design_of(result: EfficiencyResult) -> PairDesign:
@@ -85,54 +83,57 @@ def _title(result: EfficiencyResult) -> str:
     return f"{tables.operating_point(result)}, friction: {model_label(result.friction_model)}"
 
 
-def load_figures(flank: FlankMap) -> Iterator[Picture]:
+def _fields(flank: FlankMap, **captions: str) -> list[Picture]:
+    """Fields over the gear flank."""
+    return [picture(name, caption, plots_flank.field_figure, flank, name) for name, caption in captions.items()]
+
+
+def load_figures(flank: FlankMap) -> list[Picture]:
     """Figures of the loaded flanks."""
     text = (
         "Contact pattern under load: Hertz pressure over the loaded part of the flank in the mesh cycle. Orange: "
         "contact lines at the position of maximum pressure, with a width in proportion to the load per length."
     )
-    yield Picture(partial(flank_plots.contact_figure, flank), text, "contact_pattern_gear")
-    text = "Contact pattern under load on the pinion."
-    yield Picture(partial(flank_plots.contact_figure, flank, "pinion"), text, "contact_pattern_pinion")
-    for name, caption in (
-        (flank_plots.PRESSURE, "Hertz pressure on the gear flank; the outline encloses the loaded part."),
-        ("load_per_length", "Load per length of contact line."),
-    ):
-        yield field_picture(flank, name, caption)
+    of_pinion = "Contact pattern under load on the pinion."
+    return [
+        picture("contact_pattern_gear", text, plots_flank.contact_figure, flank),
+        picture("contact_pattern_pinion", of_pinion, plots_flank.contact_figure, flank, "pinion"),
+        *_fields(
+            flank,
+            pressure_hertz="Hertz pressure on the gear flank; the outline encloses the loaded part.",
+            load_per_length="Load per length of contact line.",
+        ),
+    ]
 
 
-def field_picture(flank: FlankMap, name: str, caption: str) -> Picture:
-    """A field over the gear flank."""
-    return Picture(partial(flank_plots.field_figure, flank, name), caption, name)
-
-
-def loss_figures(flank: FlankMap) -> Iterator[Picture]:
+def loss_figures(flank: FlankMap) -> list[Picture]:
     """Lubrication, friction and loss over the gear flank."""
     text = (
         "Sliding velocity in the projection of the flank. In a hypoid gear the lengthwise component does not vanish at "
         "the pitch cone (dash-dotted line)."
     )
-    yield Picture(partial(flank_plots.sliding_figure, flank), text, "sliding")
-    for name, caption in (
-        ("slide_to_roll_total", "Magnitude of the sliding vector over the entrainment speed."),
-        ("film_ratio", "Smooth isothermal film over the composite roughness Rq."),
-        ("friction_coefficient", f"Friction coefficient of the model: {model_label(flank.result.friction_model)}."),
-        ("temperature_flash", "Maximum surface temperature: bulk temperature plus flash temperature."),
-        (flank_plots.LOSS, "Mean power loss per projected area; its integral plus the loss at edges is the loss."),
-    ):
-        yield field_picture(flank, name, caption)
+    return [
+        picture("sliding", text, plots_flank.sliding_figure, flank),
+        *_fields(
+            flank,
+            slide_to_roll_total="Magnitude of the sliding vector over the entrainment speed.",
+            film_ratio="Smooth isothermal film over the composite roughness Rq.",
+            friction_coefficient=f"Friction coefficient of the model: {model_label(flank.result.friction_model)}.",
+            temperature_flash="Maximum surface temperature: bulk temperature plus flash temperature.",
+            loss_density="Mean power loss per projected area; its integral plus the loss at edges is the loss.",
+        ),
+    ]
 
 
 def mesh_figures(result: EfficiencyResult) -> list[Picture]:
     """Figures over the mesh cycle."""
+    caption = "Transmission error without load and under load, each about its mean."
+    about_loss = "Friction coefficient and power loss at each position of a pinion pitch."
     return [
-        Picture(partial(draw, result), caption, draw.__name__.removeprefix("plot_"))
-        for draw, caption in (
-            (plot_load_sharing, "Share of the torque on one tooth pair."),
-            (plot_pair_load, "Normal force and maximum pressure of one tooth pair."),
-            (plot_transmission_error, "Transmission error without load and under load, each about its mean."),
-            (plot_friction_and_loss, "Friction coefficient and power loss at each position of a pinion pitch."),
-        )
+        picture("load_sharing", "Share of the torque on one tooth pair.", plots_load.plot_load_sharing, result),
+        picture("pair_load", "Normal force and maximum pressure of one tooth pair.", plots_load.plot_pair_load, result),
+        picture("transmission_error", caption, plots_load.plot_transmission_error, result),
+        picture("friction_and_loss", about_loss, plots_load.plot_friction_and_loss, result),
     ]
 
 
@@ -145,23 +146,21 @@ def _force_items(result: EfficiencyResult) -> list[Item]:
         "axial positive away from the crossing point, radial away from the other member, tangential in the direction "
         "of the torque; the values are in the table of the positions."
     )
-    return [Folded("Mesh stiffness and shaft forces", [Picture(partial(plot_forces, result), caption, "forces")])]
+    return [Folded("Mesh stiffness and shaft forces", [picture("forces", caption, plots_load.plot_forces, result)])]
 
 
-def strength_figures(flank: FlankMap) -> Iterator[Picture]:
-    """Root stress and micropitting; empty for a result without its pair."""
+def _strength_figures(flank: FlankMap) -> Iterator[Picture]:
+    """Root stress and micropitting."""
     result = flank.result
-    if not result.has_strength:
-        return
     if result.strength.pinion is not None or result.strength.gear is not None:
         caption = "Maximum tensile stress of the root fillets, over the roll angle of a tooth pair and along the face."
-        yield Picture(partial(plot_root_stress, result), caption, "root_stress")
+        yield picture("root_stress", caption, plots_load.plot_root_stress, result)
     if flank.drawable:
         caption = "Film thickness over the mean Ra of both flanks: micropitting begins at its minimum."
-        yield field_picture(flank, "film_specific", caption)
+        yield from _fields(flank, film_specific=caption)
 
 
-def page_sections(result: EfficiencyResult, grid: Grid | None = None, units: Units = "metric") -> list[Section]:
+def page_sections(result: EfficiencyResult, grid: Grid | None, units: Units) -> list[Section]:
     """Sections of the page of one operating point; for a map, its sections and one of its points in detail."""
     design, placed = design_of(result), ""
     flank: FlankMap | None = None
@@ -177,28 +176,20 @@ def page_sections(result: EfficiencyResult, grid: Grid | None = None, units: Uni
     on_tooth: list[Section] = []
     if flank is not None and flank.drawable:
         on_tooth = [
-            Section("Contact under load", [Row(list(load_figures(flank)))]),
-            Section("Lubrication, friction and loss on the tooth", [Row(list(loss_figures(flank)))]),
+            Section("Contact under load", [Row(load_figures(flank))]),
+            Section("Lubrication, friction and loss on the tooth", [Row(loss_figures(flank))]),
         ]
+    figures = replace(tables.efficiency_table(result), title="", notes=())
+    ranges = replace(tables.range_table(result), title="")
+    positions = Folded("Positions of a pinion pitch", [tables.position_table(result)])
     return [
         Section("", [head, _inputs_table(result, design), *_headline(result, of_design, grid)]),
         *([Section("Efficiency over torque, speed and temperature", _map_items(grid, result))] if grid else []),
         *on_tooth,
         *([Section("Uncertainty of the inputs", _input_items(result))] if result.inputs.sources else []),
-        *([Section("Strength", _strength_items(result, flank))] if flank is not None and result.case.mesh else []),
+        *([Section("Strength", _strength_items(result, flank))] if flank is not None else []),
         Section("Mesh cycle", [Row(mesh_figures(result)), *_force_items(result)]),
-        Section(
-            "Numerical results",
-            [
-                Row(
-                    [
-                        replace(tables.efficiency_table(result), title="", notes=()),
-                        replace(tables.range_table(result), title=""),
-                    ]
-                ),
-                Folded("Positions of a pinion pitch", [tables.position_table(result)]),
-            ],
-        ),
+        Section("Numerical results", [Row([figures, ranges]), positions]),
         Section("Design", of_teeth),
         Section("Method", _model_items(result)),
     ]
@@ -252,12 +243,12 @@ def _headline(result: EfficiencyResult, of_design: Sequence[str], grid: Grid | N
         tiles.append((f"{np.nanmin(film):.2g}", "minimum film ratio"))
     outside = f"of the sliding power outside the range of {model_label(result.friction_model)}"
     tiles.append((f"{tables.percent(result.outside_range_share, 1)} %", outside))
-    said = result_notes(result, of_design, tables.operating_state(result) if grid else "")
+    said = tables.result_notes(result, of_design, tables.operating_state(result) if grid else "")
     cases = 1
     if grid is not None:
         cases = len(grid.points)
         own = {text for _, text in said}
-        said += [pair for pair in said_of_grid(grid) if pair[1] not in own]
+        said += [pair for pair in tables.said_of_grid(grid) if pair[1] not in own]
     return [answer(result, grid), KeyFigures(tiles), Notes(pair_notes(said), cases)]
 
 
@@ -288,7 +279,7 @@ def answer(result: EfficiencyResult, grid: Grid | None = None) -> MainResult:
 
 def _map_items(grid: Grid, shown: EfficiencyResult) -> list[Item]:
     return [
-        Row(map_figures(grid)),
+        Row(plots_load.map_figures(grid)),
         *tables.efficiency_grids(grid),
         *([Text(f"{grid.interpolation}.")] if grid.interpolation else []),
         Text(f"The following sections refer to one point of the map, {tables.operating_point(shown)}."),
@@ -311,12 +302,12 @@ def _strength_items(result: EfficiencyResult, flank: FlankMap) -> list[Item]:
     strength = result.strength
     table = replace(strength.table(), notes=())
     assumed = Table(("assumption",), [(note,) for note in strength.notes])
-    return [Row([*strength_figures(flank), table]), Folded("Assumptions on the strength", [assumed])]
+    return [Row([*_strength_figures(flank), table]), Folded("Assumptions on the strength", [assumed])]
 
 
 def _input_items(result: EfficiencyResult) -> list[Item]:
     caption = "Change of the efficiency by each single input; the numerical error is not included."
-    bars = Picture(partial(plot_sources, result.inputs), caption)
+    bars = picture("", caption, plot_sources, result.inputs)
     known, share = measured_states(), result.friction_range.measured_share
     text = (
         f"{tables.percent(share, 1)} % of the sliding power lies within the local conditions of measured gears "
@@ -347,7 +338,7 @@ def _design_items(design: Design, units: Units) -> list[Item]:
     waves = ("correlation length [µm]", "correlation length along over across the lay [-]")
     heads = ("member", "material", "finish", "roughness Rq [µm]", *waves)
     return [
-        Picture(partial(blank_figure, design), AXIAL_SECTION),
+        picture("", AXIAL_SECTION, blank_figure, design),
         Table(heads, surface),
         Folded(
             "Gear data for drawings, cutters and machine settings",
@@ -373,7 +364,7 @@ def map_sections(grid: Grid, medium: Medium, units: Units = "metric") -> list[Se
         raise InputError("report", grid.reason, "a grid with a result")
     first = grid.results[0]
     title = f"{first.design}, {first.side}: map, friction: {model_label(first.friction_model)}"
-    over = tables.efficiency_grids(grid) if is_map(grid) else []
+    over = tables.efficiency_grids(grid) if plots_load.is_map(grid) else []
     if medium == "files":
         return [Section("", [Head(title), tables.map_table(grid), *over, tables.remarks_table(grid.results)])]
     if medium == "terminal":
@@ -381,11 +372,11 @@ def map_sections(grid: Grid, medium: Medium, units: Units = "metric") -> list[Se
         below: list[Item] = [tables.grid_notes(grid), *(Text(f"neglected: {text}") for text in skipped)]
         below += [Text(grid.interpolation)] if grid.interpolation else []
         return [Section("", [*(over or [tables.map_table(grid)]), *below])]
-    if is_map(grid):
+    if plots_load.is_map(grid):
         found = page_sections(nearest_point(grid), grid, units)
         # only the figures of the map are written as files
         return [found[0], found[1], *(Section(part.title, [_unnamed(x) for x in part.items]) for part in found[2:])]
-    lines = Picture(partial(plot_map, grid), "Mesh efficiency over the axes.", "efficiency")
+    lines = picture("efficiency", "Mesh efficiency over the axes.", plots_load.plot_map, grid)
     return [
         Section("", [Head(title, footer=SPIN), tables.grid_notes(grid)]),
         Section("Efficiency", [lines, tables.map_table(grid, _MAIN)]),
@@ -426,7 +417,7 @@ def duty_sections(duty: DutyCycle, medium: Medium, units: Units = "metric") -> l
         known.insert(0, (interval, f"{tables.percent(inputs.level, 0)} % interval from uncertain inputs"))
     value = f"{tables.percent(duty.efficiency, 2)} %" if math.isfinite(duty.efficiency) else "no result"
     answer = MainResult(value, "efficiency of the cycle", known)
-    energy = Picture(partial(plot_duty, duty), "Energy loss at each operating point.", "duty")
+    energy = picture("duty", "Energy loss at each operating point.", plots_load.plot_duty, duty)
     return [
         Section("", [Head(title, footer=SPIN), answer, tables.duty_notes(duty)]),
         Section("Energies", [energy, replace(tables.duty_table(duty), title="")]),

@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from efficiency.contact.gear_flanks import MEMBERS, SIDES
 from efficiency.design.design import Design
@@ -18,12 +17,11 @@ from efficiency.output.machine_summary import FLANKS, Units, summary_rows
 from ehl.common.errors import InputError
 from ehl.common.notes import Note
 from ehl.common.quantities import quantity
-from ehl.common.sections import Head, Item, KeyFigures, MainResult, Medium, Notes, Picture, Row, Section, Text
+from ehl.common.sections import Head, Item, KeyFigures, MainResult, Medium, Notes, Picture, Row, Section, Text, picture
 from ehl.common.table import Column, Table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 
 def flank_table(geometry: PairGeometry) -> Table:
@@ -122,26 +120,23 @@ AXIAL_SECTION = "Axial section of both members in the plane of the axes."
 
 def side_figures(side: SideGeometry) -> Iterator[Picture]:
     """Figures of one side; the first one is wide."""
-    pair, name = side.pair, side.side
-
-    def picture(what: str, caption: str, draw: Callable[..., Figure | Axes], *args: Any) -> Picture:
-        return Picture(partial(draw, *args), caption, f"{name}_{what}")
-
-    yield picture("teeth_in_mesh", "Teeth in mesh; positions include the misalignments.", plots.tooth_pair_figure, pair)
+    pair, of = side.pair, f"{side.side}_"
+    caption = "Teeth in mesh; positions include the misalignments."
+    yield picture(of + "teeth_in_mesh", caption, plots.tooth_pair_figure, pair)
     caption = "Ease-off on the projection of the gear. The dashed line limits the common part of both flanks."
-    yield picture("ease_off_gear", caption, plots.ease_off_figure, pair, "gear")
-    yield picture("ease_off_pinion", "Ease-off on the projection of the pinion.", plots.ease_off_figure, pair, "pinion")
+    for member, text in (("gear", caption), ("pinion", "Ease-off on the projection of the pinion.")):
+        yield picture(of + f"ease_off_{member}", text, plots.ease_off_figure, pair, member)
     caption = "Contact pattern: area where the distance of the flanks is below the thickness of the marking compound."
     for member, text in (("gear", caption), ("pinion", "Contact pattern on the pinion.")):
-        yield picture(f"contact_pattern_{member}", text, plots.contact_pattern_figure, pair, side.pattern, member)
+        yield picture(of + f"contact_pattern_{member}", text, plots.contact_pattern_figure, pair, side.pattern, member)
     caption = "Unloaded transmission error, negative where the gear lags. The dotted line indicates edge contact."
-    yield picture("transmission_error", caption, plots.transmission_figure, side)
+    yield picture(of + "transmission_error", caption, plots.transmission_figure, side)
     caption = "Amplitudes at multiples of the mesh frequency, for all tooth pairs together."
-    yield picture("harmonics", caption, plots.harmonics_figure, side)
+    yield picture(of + "harmonics", caption, plots.harmonics_figure, side)
     caption = "Potential contact lines of all positions of a pitch. Black: all tooth pairs at one position."
-    yield picture("contact_lines", caption, plots.contact_lines_figure, pair, side.cycle)
+    yield picture(of + "contact_lines", caption, plots.contact_lines_figure, pair, side.cycle)
     caption = "Equivalent radius normal to the contact line, along selected lines."
-    yield picture("equivalent_radius", caption, plots.radius_figure, pair, side.cycle)
+    yield picture(of + "equivalent_radius", caption, plots.radius_figure, pair, side.cycle)
 
 
 def geometry_sections(geometry: PairGeometry, medium: Medium, units: Units = "metric") -> list[Section]:
@@ -156,7 +151,7 @@ def geometry_sections(geometry: PairGeometry, medium: Medium, units: Units = "me
         f"Computed in {geometry.seconds:.2f} s for unloaded, rigid flanks.",
     )
     of_sides = {name: list(side_figures(side)) for name, side in geometry.sides.items()}
-    axial_section = Picture(partial(plots.blank_figure, design), AXIAL_SECTION, "blank_section")
+    axial_section = picture("blank_section", AXIAL_SECTION, plots.blank_figure, design)
     return [
         Section("", [head, *_headline(geometry), _notes(geometry)]),
         *(Section(f"{name.capitalize()} side", [wide, Row(others)]) for name, (wide, *others) in of_sides.items()),

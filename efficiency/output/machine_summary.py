@@ -6,10 +6,7 @@ format that `efficiency.cutting.summary` reads.
 
 from __future__ import annotations
 
-import csv
-import io
 import math
-import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,10 +18,11 @@ from efficiency.cutting.blank import blank_dimensions
 from efficiency.cutting.cutter import FLANK_SIDES
 from efficiency.cutting.summary import LABELS, Summary, read_summary
 from efficiency.design.design import Design, load_design
-from ehl.common.data import data_path
+from ehl.common.data import named_file
 from ehl.common.errors import InputError
 from ehl.common.files import write_file
 from ehl.common.quantities import quantity
+from ehl.common.table import Table
 from ehl.common.units import ValueRange
 from ehl.common.validation import locate_field, read_toml, validate
 
@@ -91,13 +89,9 @@ def write_summary(path: Path, design: Design, units: Units = "metric") -> None:
 
     Raises `InputError` if the file cannot be written.
     """
-    text = io.StringIO()
-    writer = csv.writer(text)
-    writer.writerow([f"# mixed-ehl machine summary v1; design={design.name}; units={units}"])
-    writer.writerow(["section", "name", "unit", *(flank.replace(" ", "_") for flank in FLANKS)])
-    for row in summary_rows(design, units):
-        writer.writerow([row.section, row.name, row.unit, *row.values])
-    write_file(path, text.getvalue())
+    heads = ["section", "name", "unit", *(flank.replace(" ", "_") for flank in FLANKS)]
+    table = Table(heads, [(row.section, row.name, row.unit, *row.values) for row in summary_rows(design, units)])
+    write_file(path, f"# mixed-ehl machine summary v1; design={design.name}; units={units}\n{table.csv()}")
 
 
 def _entries(model: BaseModel, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any, str, bool]]:
@@ -220,9 +214,7 @@ def design_from_sheet(sheet: Path, like: str | None = None) -> tuple[str, list[s
     hands: dict[str, str] = {}
     if like is not None:
         hands = {name: getattr(load_design(like), name).blank.hand for name in ("pinion", "gear")}
-        path = Path(like)
-        shipped = not path.suffix and not os.path.exists(path)
-        content = read_toml(data_path("designs", f"{like}.toml") if shipped else path)
+        content = read_toml(named_file("design", "designs", like))
     summary = read_summary(sheet, hands)
     if not any(summary.tables.values()):
         allowed = "a machine summary: one label and its value per line, such as 'radial setting, 98.1'"
@@ -242,8 +234,6 @@ def design_from_sheet(sheet: Path, like: str | None = None) -> tuple[str, list[s
 
 def _complete(tables: dict[str, Any], base: dict[str, Any]) -> dict[str, Any]:
     """Tables of a member; its blank or the hand of the blank is that of the base if the sheet has none."""
-    if "blank" not in tables:
-        return {"blank": base["blank"]} | tables
-    if tables["blank"].keys() == {"hand"}:
-        return tables | {"blank": base["blank"] | tables["blank"]}
-    return tables | {"blank": {"hand": base["blank"]["hand"]} | tables["blank"]}
+    own = tables.get("blank", {})
+    start = base["blank"] if own.keys() <= {"hand"} else {"hand": base["blank"]["hand"]}
+    return {"blank": {}} | tables | {"blank": start | own}

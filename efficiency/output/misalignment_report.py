@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,7 +20,7 @@ from ehl.common.data import reason_text
 from ehl.common.errors import ConvergenceError
 from ehl.common.figures import BLUE, GREY, ORANGE, figure_of, new_figure, panels
 from ehl.common.quantities import axis_label, quantity, to_display, typeset_units
-from ehl.common.sections import Folded, Head, Item, Medium, Picture, Row, Section
+from ehl.common.sections import Folded, Head, Item, Medium, Picture, Row, Section, picture
 from ehl.common.table import Column, Table
 
 if TYPE_CHECKING:
@@ -226,21 +225,21 @@ def misalignment_figures(design: Design, studies: Sequence[MisalignmentStudy]) -
     if studies[0].samples:
         if studies[0].distribution():
             caption = "Distribution of the results over random misalignments and flank deviations."
-            yield Picture(partial(distribution_figure, studies), caption, "distribution")
+            yield picture("distribution", caption, distribution_figure, studies)
         return
     caption = "Transmission error, position and size of the contact over each misalignment."
-    yield Picture(partial(section_figure, studies), caption, "misalignment")
+    yield picture("misalignment", caption, section_figure, studies)
     if studies[0].torque is not None:
         caption = "Transmission error, pressure, edge load and efficiency at the torque."
-        yield Picture(partial(loaded_figure, studies), caption, "misalignment_loaded")
+        yield picture("misalignment_loaded", caption, loaded_figure, studies)
     for study in studies:
         if len(study.varied) > 1:
-            yield Picture(partial(map_figure, study), "Maps over two misalignments.", f"{study.side}_map")
+            yield picture(f"{study.side}_map", "Maps over two misalignments.", map_figure, study)
         for name in study.varied:
             contacts = section_contacts(design, study, name)
             if contacts:
-                drawn = partial(pattern_figure, study, name, contacts)
-                yield Picture(drawn, f"Contact pattern on the gear over {name}.", f"{study.side}_pattern_{name}")
+                caption = f"Contact pattern on the gear over {name}."
+                yield picture(f"{study.side}_pattern_{name}", caption, pattern_figure, study, name, contacts)
 
 
 def plot_misalignment(grid: MisalignmentGrid, ax: Axes | None) -> Axes:

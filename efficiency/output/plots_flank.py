@@ -14,6 +14,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt
 
 from ehl.common.arrays import FloatArray
 from ehl.common.figures import GREY, ORANGE, figure_of, new_figure
@@ -124,19 +125,13 @@ def _levels(finite: FloatArray, name: str) -> FloatArray:
 
 def _filled(values: FloatArray) -> FloatArray:
     """Nan replaced by the nearest value along the line, so that contours extend to the limit of the contact."""
-    result = values.copy()
-    places = np.arange(values.shape[1])
-    for row in result:
-        known = np.flatnonzero(np.isfinite(row))
-        if known.size:
-            nearest = known[np.argmin(np.abs(places[:, None] - known[None, :]), axis=1)]
-            row[:] = row[nearest]
-    empty = ~np.isfinite(result).any(axis=1)
-    rows = np.flatnonzero(~empty)
-    for k in np.flatnonzero(empty):
-        if rows.size:
-            result[k] = result[rows[np.argmin(np.abs(rows - k))]]
-    return result
+    empty = ~np.isfinite(values)
+    if empty.all():
+        return values
+    # a neighbouring line is farther than any point of the same line
+    step = (float(values.shape[1]), 1.0)
+    nearest = distance_transform_edt(empty, sampling=step, return_distances=False, return_indices=True)
+    return np.asarray(values[tuple(nearest)])
 
 
 def _contact_region(axes: Axes, flank: FlankMap, member: Member) -> Any:

@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import to_rgb
@@ -20,7 +21,7 @@ from efficiency.cutting.blank import Blank
 from efficiency.output.plots_flank import COLOURS, flank_figure, line_pieces, outline
 from efficiency.output.solid import teeth_surface
 from ehl.common.arrays import FloatArray
-from ehl.common.figures import BLUE, GREY, ORANGE, figure_of, new_figure
+from ehl.common.figures import BLUE, GREY, ORANGE, axes_or_new, figure_of, new_figure
 from ehl.common.units import ARCSEC
 
 if TYPE_CHECKING:
@@ -207,12 +208,9 @@ def _flank_lines(position: MeshPosition) -> list[NDArray[np.int64]]:
     return [line for line in position.lines if edge is None or not edge.touching[line[0]]]
 
 
-def radius_figure(pair: FlankPair, cycle: tuple[MeshPosition, ...]) -> Figure:
+def radius_figure(pair: FlankPair, cycle: tuple[MeshPosition, ...]) -> Axes:
     """Equivalent radius normal to the line along selected contact lines of the cycle."""
-    from matplotlib import colormaps
-
-    figure = new_figure(6.6, 3.6)
-    axes = figure.add_subplot()
+    axes = _curve_axes(pair, "equivalent radius along contact lines", 3.6)
     pitch = pair.surface.pitch
     traces = [
         (
@@ -234,11 +232,17 @@ def radius_figure(pair: FlankPair, cycle: tuple[MeshPosition, ...]) -> Figure:
         ylim=(0.0, None),
         xlim=(0.0, pair.surface.gear.blank.face_width * _MM),
     )
-    axes.set_title(f"{pair.name}, {pair.side}:\nequivalent radius along contact lines", fontsize=10)
-    axes.grid(alpha=0.3)
     title = "roll of the pair\n[pinion pitches]"
     axes.legend(title=title, fontsize=8, title_fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5))
-    return figure
+    return axes
+
+
+def _curve_axes(pair: FlankPair, what: str, height: float = 3.8) -> Axes:
+    """Axes of a new figure of curves, with a title."""
+    axes = axes_or_new(None, 6.6, height)
+    axes.set_title(f"{pair.name}, {pair.side}:\n{what}", fontsize=10)
+    axes.grid(alpha=0.3)
+    return axes
 
 
 def contact_pattern_figure(pair: FlankPair, pattern: ContactPattern, member: Member, ax: Axes | None = None) -> Axes:
@@ -258,11 +262,11 @@ def contact_pattern_figure(pair: FlankPair, pattern: ContactPattern, member: Mem
     return axes
 
 
-def transmission_figure(side: SideGeometry) -> Figure:
+def transmission_figure(side: SideGeometry) -> Axes:
     """Transmission error of one tooth pair with its neighbours, and the resulting curve of the mesh."""
-    figure = new_figure(6.6, 3.8)
-    axes = figure.add_subplot()
     mesh, pair = side.pair.transmission, side.pair
+    found = f"{mesh.peak_to_peak / ARCSEC:.4g} arcsec peak to peak"
+    axes = _curve_axes(pair, f"unloaded transmission error, {found}")
     path, pitch = mesh.path, pair.surface.pitch
     roll, error = path.pinion_angle / pitch, path.transmission_error / ARCSEC
     for shift, colour, name in ((-1.0, GREY, "neighbours"), (1.0, GREY, None), (0.0, BLUE, "one tooth pair")):
@@ -280,19 +284,13 @@ def transmission_figure(side: SideGeometry) -> Figure:
         xlim=(start - 0.75, start + 1.75),
         ylim=(min(3.2 * low, -1e-3), max(-0.9 * low, 1e-3)),
     )
-    axes.set_title(
-        f"{pair.name}, {side.side}:\nunloaded transmission error, {mesh.peak_to_peak / ARCSEC:.4g} arcsec peak to peak",
-        fontsize=10,
-    )
-    axes.grid(alpha=0.3)
     axes.legend(fontsize=8, ncols=2, loc="upper center", frameon=False)
-    return figure
+    return axes
 
 
-def harmonics_figure(side: SideGeometry) -> Figure:
+def harmonics_figure(side: SideGeometry) -> Axes:
     """Amplitudes of the transmission error at multiples of the mesh frequency."""
-    figure = new_figure(6.6, 3.8)
-    axes = figure.add_subplot()
+    axes = _curve_axes(side.pair, "harmonics of the transmission error")
     values = side.pair.transmission.harmonics / ARCSEC
     order = np.arange(1, values.size + 1)
     axes.bar_label(axes.bar(order, values, color=BLUE, width=0.6), fmt="{:.3g}", padding=3, fontsize=8)
@@ -302,8 +300,7 @@ def harmonics_figure(side: SideGeometry) -> Figure:
         ylim=(0.0, 1.15 * max(float(values.max()), 1e-6)),
         xticks=order,
     )
-    axes.set_title(f"{side.pair.name}, {side.side}:\nharmonics of the transmission error", fontsize=10)
-    return figure
+    return axes
 
 
 def blank_figure(design: Design) -> Figure:

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from functools import partial
 from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from efficiency.loss.power_loss import friction_along_mesh
 from ehl.common.data import reason_text
-from ehl.common.figures import BLUE, GREY, ORANGE, axes_or_new, new_figure
+from ehl.common.figures import BLUE, GREY, ORANGE, axes_or_new, figure_of, new_figure, panels
 from ehl.common.quantities import axis_label, quantities, quantity, to_display, typeset_units
-from ehl.common.sections import Picture
+from ehl.common.sections import Picture, picture
 from regression.friction.published_registry import model_label
 
 if TYPE_CHECKING:
@@ -38,11 +38,7 @@ def plot_map(map_: Grid, ax: Axes | None = None) -> Axes:
     if not is_map(map_):
         return plot_lines(map_, ax)
     values = 100.0 * map_.values()
-    panels = len(map_.axes["temperature"])
-    if ax is None:
-        all_axes = list(np.atleast_1d(new_figure(1.5 + 3.6 * panels, 3.8).subplots(1, panels, sharey=True)))
-    else:
-        all_axes = [ax]
+    all_axes = _panels(map_, 1.5, 3.6) if ax is None else [ax]
     speed = to_display("speed", np.array(map_.axes["speed"]))
     shades = colormaps["viridis"](np.linspace(0.1, 0.85, len(map_.axes["torque"])))
     for k, (axes, temperature) in enumerate(zip(all_axes, map_.axes["temperature"], strict=False)):
@@ -52,8 +48,13 @@ def plot_map(map_: Grid, ax: Axes | None = None) -> Axes:
         axes.grid(alpha=0.3)
     all_axes[0].set_ylabel("mesh efficiency [%]")
     all_axes[-1].legend(frameon=False, title="pinion torque")
-    main: Axes = all_axes[0]
-    return main
+    return all_axes[0]
+
+
+def _panels(grid: Grid, margin: float, width: float) -> list[Axes]:
+    """Axes for each oil temperature, next to each other."""
+    count = len(grid.axes["temperature"])
+    return panels(count, count, (margin, 0.0), (width, 3.8), sharey=True)
 
 
 def plot_lines(grid: Grid, ax: Axes | None = None) -> Axes:
@@ -94,11 +95,11 @@ def plot_duty(duty: DutyCycle, ax: Axes | None = None) -> Axes:
 
 def map_figures(grid: Grid) -> list[Picture]:
     """Lines over speed, and contours if there are enough torques and speeds."""
-    pictures = [Picture(partial(plot_map, grid), "Mesh efficiency over pinion speed.", "efficiency_map")]
+    pictures = [picture("efficiency_map", "Mesh efficiency over pinion speed.", plot_map, grid)]
     if grid.shape[0] >= _CONTOURS and grid.shape[1] >= _CONTOURS:
         for name in ("efficiency", "power_loss", "friction_coefficient_mean"):
             caption = f"Contours: {quantity(name).label}."
-            pictures.append(Picture(partial(contour_figure, grid, name), caption, f"contours_{name}"))
+            pictures.append(picture(f"contours_{name}", caption, contour_figure, grid, name))
     return pictures
 
 
@@ -107,9 +108,8 @@ def contour_figure(grid: Grid, name: str) -> Figure:
     from matplotlib.ticker import MaxNLocator
 
     values = to_display(name, grid.values(name))
-    panels = len(grid.axes["temperature"])
-    figure = new_figure(2.2 + 3.4 * panels, 3.8)
-    all_axes = np.atleast_1d(figure.subplots(1, panels, sharey=True))
+    all_axes = _panels(grid, 2.2, 3.4)
+    figure = figure_of(all_axes[0])
     speed = to_display("speed", np.array(grid.axes["speed"]))
     torque = to_display("torque", np.array(grid.axes["torque"]))
     finite = values[np.isfinite(values)]
@@ -124,8 +124,7 @@ def contour_figure(grid: Grid, name: str) -> Figure:
         axes.plot(*(part.ravel() for part in np.meshgrid(speed, torque)), ".", color="0.2", ms=2)
         temperature = grid.axes["temperature"][number]
         axes.set(xlabel=axis_label("speed"), title=typeset_units(quantity("temperature").text(temperature)))
-        if number == panels - 1:
-            figure.colorbar(shades, ax=axes, label=axis_label(name))
+    figure.colorbar(shades, ax=all_axes[-1], label=axis_label(name))
     all_axes[0].set_ylabel(axis_label("torque"))
     return figure
 
@@ -133,14 +132,9 @@ def contour_figure(grid: Grid, name: str) -> Figure:
 def plot_load_sharing(result: EfficiencyResult, ax: Axes | None = None) -> Axes:
     """Share of the torque on one tooth pair over its roll angle in pinion pitches."""
     axes = axes_or_new(ax)
-    pitch = result.cycle.pitch
-    roll, share = [], []
-    for load in result.load.positions:
-        for pair, part in load.share.items():
-            roll.append(load.position.pinion_angle / pitch + pair)
-            share.append(part)
-    order = np.argsort(roll)
-    axes.plot(np.array(roll)[order], np.array(share)[order], color=BLUE, marker=".", ms=4)
+    pitch, loads = result.cycle.pitch, result.load.positions
+    shares = sorted((at.position.pinion_angle / pitch + pair, part) for at in loads for pair, part in at.share.items())
+    axes.plot(*np.array(shares).T, color=BLUE, marker=".", ms=4)
     axes.set(
         xlabel="roll of one tooth pair from the design point [pinion pitches]",
         ylabel="share of the torque [-]",
@@ -241,12 +235,10 @@ def plot_friction_and_loss(result: EfficiencyResult, ax: Axes | None = None) -> 
     """Friction coefficient weighted with the sliding power, and power loss, along the mesh cycle."""
     axes = axes_or_new(ax)
     angle = result.cycle.pinion_angle / result.cycle.pitch
-    points, mu = result.points, result.friction.mu
-    weight = points.force * points.speed_sliding
-    each = [points.position == k for k in range(result.solution.positions)]
-    mean = np.array([np.average(mu[at], weights=weight[at]) for at in each])
-    low, high = (np.array([f(mu[at]) for at in each]) for f in (np.min, np.max))
+    each = [result.friction.mu[result.points.position == k] for k in range(result.solution.positions)]
+    low, high = ([f(mu) for mu in each] for f in (np.min, np.max))
     axes.fill_between(angle, low, high, color=BLUE, alpha=0.15, lw=0.0, label="range over the lines")
+    mean = friction_along_mesh(result)
     axes.plot(angle, mean, color=BLUE, marker=".", label="mean, weighted with sliding power")
     axes.set(xlabel="pinion roll [pinion pitches]", ylabel=axis_label("mu"), ylim=(0.0, None))
     loss = axes.twinx()

@@ -8,17 +8,15 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, fields, replace
+from dataclasses import asdict, fields
 from itertools import product
-from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from efficiency.loss.efficiency_result import EfficiencyResult, pair_notes
-from efficiency.loss.power_loss import FACES, HEIGHTS, friction_along_mesh
+from efficiency.loss.power_loss import friction_along_mesh
 from ehl.common.data import reason_text
-from ehl.common.notes import Note
 from ehl.common.quantities import quantity
 from ehl.common.sections import Notes
 from ehl.common.table import Column, Table, cell
@@ -81,13 +79,6 @@ def duty_notes(cycle: DutyCycle) -> Notes:
     return Notes(pair_notes(said), len(cycle.points))
 
 
-def comparison_notes(comparison: Comparison) -> list[Note]:
-    """Notes of a comparison, one for each kind with the model for which it is worst."""
-    return pair_notes(
-        pair for result in comparison.results for pair in result_notes(result, (), model_label(result.friction_model))
-    )
-
-
 def outside_note(share: float, model: str) -> str:
     """A note if more than 1 % of the sliding power lies outside the range of a friction model; otherwise empty."""
     text = f"{percent(share, 1)} % of the sliding power lies outside the range of {model}; friction `ehl` has no range"
@@ -109,11 +100,6 @@ _RANGES = (
 )
 _DERIVED = ("load_per_length", "half_width", "speed_sliding", "slide_to_roll_total")
 _LUBRICATION = ("film_central", "film_ratio", "temperature_flash", "rolling_traction")
-_COMPARED = (
-    *("friction_model", "efficiency", "power_loss", "friction_coefficient_mean"),
-    *("efficiency_lower", "efficiency_upper", "outside_range_share", "seconds", "status", "reason", "kind"),
-    *("efficiency_error", "efficiency_with_rolling"),
-)
 
 
 def percent(value: float, digits: int = 3) -> str:
@@ -143,7 +129,7 @@ def operating_state(result: EfficiencyResult | Comparison) -> str:
 def efficiency_table(result: EfficiencyResult) -> Table:
     """The main figures of one operating point."""
     values = {name: result.value(name) for name in _SUMMARY}
-    limits = _limits([result])
+    limits = limit_columns([result])
     if result.efficiency_lower < result.efficiency_upper:
         limits |= _uncertain(limits["efficiency_lower"].decimals or 0)
     else:  # no uncertain input, or failed
@@ -175,7 +161,7 @@ def efficiency_table(result: EfficiencyResult) -> Table:
     )
 
 
-def _limits(results: Iterable[Any]) -> dict[str, Column]:
+def limit_columns(results: Iterable[Any]) -> dict[str, Column]:
     """Columns of the limits of the efficiency, with two significant digits of the narrowest interval."""
     widths = (100.0 * (result.efficiency_upper - result.efficiency_lower) for result in results)
     narrowest = min((width for width in widths if width > 0.0), default=1.0)
@@ -239,10 +225,7 @@ def remarks_table(results: Sequence[EfficiencyResult]) -> Table:
 
 def position_table(result: EfficiencyResult) -> Table:
     """One row per mesh position: load, pressure, transmission error, friction, loss, shares of tooth pairs, forces."""
-    loads, points = result.load.positions, result.points
-    count = len(loads)
-    work = np.bincount(points.position, points.force * points.speed_sliding, count)
-    lost = np.bincount(points.position, points.force * points.speed_sliding * result.friction.mu, count)
+    loads = result.load.positions
     shares = [load.share for load in loads]
     pairs = sorted({pair for share in shares for pair, part in share.items() if part > 0.0})
     columns: dict[Any, Any] = {
@@ -251,7 +234,7 @@ def position_table(result: EfficiencyResult) -> Table:
         "pairs loaded": [sum(part > 0.0 for part in share.values()) for share in shares],
         "pressure_hertz_max": [float(load.pressure_hertz.max()) for load in loads],
         "transmission_error_loaded": result.cycle.transmission_error,
-        "friction_coefficient_mean": np.divide(lost, work, out=np.full(count, np.nan), where=work > 0.0),
+        "friction_coefficient_mean": friction_along_mesh(result),
         "power_loss": result.cycle.power_loss,
         "power_loss_rolling": result.cycle.power_loss_rolling,
         "transmission_error_unloaded": [load.position.transmission_error for load in loads],
@@ -327,73 +310,6 @@ def _outside_note(grid: Grid, number: int) -> str:
         f"outside the range of {model_label(grid.results[0].friction_model)}: at most "
         f"{percent(float(outside.max()), 1)} % of the sliding power, at {torque}, {speed}"
     )
-
-
-def models_table(comparison: Comparison) -> Table:
-    """The table for terminal and page, by increasing loss; a model without uncertain inputs has no interval."""
-    limits, known = _limits(comparison.rows), comparison.rows
-    columns = [
-        Column("friction_model"),
-        Column("power_loss", label="loss", digits=3, rounded=True),
-        Column("loss_factor", label="loss ratio", decimals=2),
-        Column("efficiency", decimals=2),
-        replace(limits["efficiency_lower"], label="lower limit"),
-        replace(limits["efficiency_upper"], label="upper limit"),
-        Column("friction_coefficient_mean", label="mean mu", digits=3),
-        Column("outside_range_share", label="outside its range", decimals=1),
-    ]
-    if any(row.status != "converged" for row in known):
-        columns.append(Column("reason"))
-    rows = []
-    for row in sorted(known, key=lambda row: (math.isnan(row.power_loss), row.power_loss)):
-        exact = ["outside_range_share"] if row.kind == "closed form" else []
-        exact += [] if row.efficiency_lower < row.efficiency_upper else ["efficiency_lower", "efficiency_upper"]
-        rows.append((row.label, *(None if c.name in exact else getattr(row, c.name) for c in columns[1:])))
-    return Table(columns, rows, title=operating_point(comparison), name="models")
-
-
-def duty_models_table(comparison: Comparison) -> Table:
-    """Energies of a duty cycle by friction model, by increasing loss."""
-    columns = [
-        Column("friction_model"),
-        Column("energy_loss", digits=3, rounded=True),
-        Column("energy_factor", label="ratio", decimals=2),
-        Column("energy_factor_min", label="least of a row", decimals=2),
-        Column("energy_factor_max", label="largest of a row", decimals=2),
-    ]
-    known = sorted((row for row in comparison.rows if row.energy_loss > 0.0), key=attrgetter("energy_loss"))
-    rows = [(row.label, *(getattr(row, column.name) for column in columns[1:])) for row in known]
-    base = next((row.label for row in known if row.energy_factor == 1.0), "the first model")
-    title = f"Energy lost by sliding over the duty cycle; ratios over {base}"
-    return Table(columns, rows, title=title, name="duty")
-
-
-def comparison_tables(comparison: Comparison) -> list[Table]:
-    """One row per result, friction and loss along the mesh, loss by region of the flank, remarks."""
-    along: dict[str, dict[Any, Any]] = {"mu": {}, "power_loss": {}}
-    for row, result in zip(comparison.rows, comparison.results, strict=False):
-        along["mu"][Column(row.name, of="mu", label=row.name)] = friction_along_mesh(result)
-        along["power_loss"][Column(row.name, of="power_loss", label=row.name)] = result.cycle.power_loss
-    angle = {"pinion_angle": comparison.results[0].cycle.pinion_angle}
-    regions = [
-        Column(f"{height}, {face}", of="share", label=f"{height}, {face}") for height in HEIGHTS for face in FACES
-    ]
-    shares = [
-        (row.name, *(share for line in row.loss_regions for share in line))
-        for row in comparison.rows
-        if row.loss_regions
-    ]
-    rows = [
-        [row.name if name == "friction_model" else getattr(row, name) for name in _COMPARED] for row in comparison.rows
-    ]
-    return [
-        # all columns, models by their names in commands
-        Table(_COMPARED, rows, title=operating_point(comparison), name="models"),
-        Table.from_columns(angle | along["mu"], name="friction along the mesh"),
-        Table.from_columns(angle | along["power_loss"], name="loss along the mesh"),
-        Table(("friction_model", *regions), shares, name="share of loss by region"),
-        remarks_table(comparison.results),
-    ]
 
 
 def duty_table(cycle: DutyCycle) -> Table:

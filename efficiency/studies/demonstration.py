@@ -4,21 +4,21 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 from efficiency.loss.compare import Comparison
 from efficiency.loss.efficiency_result import EfficiencyResult
+from efficiency.output.comparison_report import comparison_notes
 from efficiency.output.gear_report import SPIN, answer
-from efficiency.output.tables import comparison_notes, operating_point, percent
+from efficiency.output.tables import operating_point, percent
 from efficiency.pair import GearPair
 from ehl import __version__
 from ehl.common.files import make_folder
 from ehl.common.pages import Reportable
 from ehl.common.progress import ProgressCallback, progress_to, report_progress
 from ehl.common.runner import checked_jobs
-from ehl.common.sections import Code, Folded, Head, KeyFigures, Medium, Notes, Picture, Row, Section, Text
+from ehl.common.sections import Code, Folded, Head, KeyFigures, Medium, Notes, Row, Section, Text, picture
 from ehl.common.table import Table
 from ehl.common.threads import one_thread
 from regression.data.dataset import Dataset
@@ -58,38 +58,32 @@ def _contacts(result: DemoResult) -> Section:
     report = result.run.reports[0]
     heated = int((~frame["skipped"].str.contains("heat")).sum())
     friction_error = frame["friction_error"]
-    return Section(
-        "Contacts",
-        [
-            Text(
-                f"{report.total} line contacts, sampled by a scrambled Sobol sequence over the operating range of the "
-                "contact points of the pair. Each contact is solved as a smooth film, with heat where an estimate "
-                f"predicts a relevant effect ({heated} of {len(frame)}), and then transiently with both rough "
-                f"surfaces. {result.run.unanswered} contacts failed. The numerical error of the friction coefficient "
-                f"is {100 * friction_error.median():.2g} % (median) and at most {100 * friction_error.max():.2g} %. It "
-                "comprises the discretisation and the neglected heat, but not the data of oil and surfaces."
-            ),
-            Row(
-                [
-                    Picture(partial(plot_friction, result.dataset), "Friction of all contacts of the sweep."),
-                    Picture(partial(plot_parity, result.dataset, result.formulas), "Friction: formula over computed."),
-                ]
-            ),
-        ],
+    text = (
+        f"{report.total} line contacts, sampled by a scrambled Sobol sequence over the operating range of the contact "
+        "points of the pair. Each contact is solved as a smooth film, with heat where an estimate predicts a relevant "
+        f"effect ({heated} of {len(frame)}), and then transiently with both rough surfaces. {result.run.unanswered} "
+        f"contacts failed. The numerical error of the friction coefficient is {100 * friction_error.median():.2g} % "
+        f"(median) and at most {100 * friction_error.max():.2g} %. It comprises the discretisation and the neglected "
+        "heat, but not the data of oil and surfaces."
     )
+    figures = [
+        picture("", "Friction of all contacts of the sweep.", plot_friction, result.dataset),
+        picture("", "Friction: formula over computed.", plot_parity, result.dataset, result.formulas),
+    ]
+    return Section("Contacts", [Text(text), Row(figures)])
 
 
 def _formulas(result: DemoResult) -> Section:
     best = result.formulas[0]
+    text = (
+        "Each family is fitted to the same contacts and assessed by cross-validation over cells of pressure and radius."
+    )
     return Section(
         "Friction formula",
         [
-            Text(
-                "Each family is fitted to the same contacts and assessed on held-out cases: cells of pressure and "
-                "radius are held out in turn."
-            ),
+            Text(text),
             family_table(result.formulas),
-            Picture(partial(plot_bands, best), "Held-out errors by band of each variable, with the number of cases."),
+            picture("", "Held-out errors by band of each variable, with the number of cases.", plot_bands, best),
             Folded("Errors by region", [band_table(best)]),
             Folded(f"Equation and coefficients of {best.name}", [Code(best.to_text())]),
         ],
@@ -104,15 +98,9 @@ def _provenance(result: DemoResult) -> Section:
         ("solver", best.data.solver_version),
         *((f"time: {step}", f"{value:.1f} s") for step, value in result.seconds.items()),
     ]
-    neglected = "; ".join(result.gear.skipped)
-    return Section(
-        "Provenance",
-        [
-            Table(("item", "value"), rows),
-            Text(f"Effects that the gear model neglects: {neglected}."),
-            Text("Files in the same folder: run/ (contacts), formula_*.json (formulas), demo.json (all figures)."),
-        ],
-    )
+    neglected = Text(f"Effects that the gear model neglects: {'; '.join(result.gear.skipped)}.")
+    files = Text("Files in the same folder: run/ (contacts), formula_*.json (formulas), demo.json (all figures).")
+    return Section("Provenance", [Table(("item", "value"), rows), neglected, files])
 
 
 DESIGN = "fm_spiral_bevel_14x39_relieved"

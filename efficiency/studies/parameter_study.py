@@ -98,12 +98,8 @@ class Levels:
     def reference(self, design: Design) -> dict[str, float]:
         """The level of each operating parameter nearest to that of the design."""
         own = design.operation
-        values = {
-            "torque": own.torque,
-            "speed": own.speed,
-            "temperature": own.temperature,
-            "roughness_rms_each": design.pinion.roughness_rms,
-        }
+        values = {"torque": own.torque, "speed": own.speed, "temperature": own.temperature}
+        values["roughness_rms_each"] = design.pinion.roughness_rms
         return {name: min(getattr(self, name), key=lambda level: abs(level - value)) for name, value in values.items()}
 
     def shifts(self) -> list[dict[str, Any]]:
@@ -418,8 +414,7 @@ def _solve(task: StudyTask) -> dict[str, list[dict[str, Any]]]:
 
     clock = time.perf_counter()
     states: list[dict[str, Any]] = [dict(zip(OPERATING, state, strict=True)) for state in task.states]
-    evaluator = replace(pair._evaluator(task.friction, task.grid, fixed)[0], strength=task.strength)
-    solved = evaluator.points(states)
+    solved = pair._evaluator(task.friction, task.grid, fixed, strength=task.strength)[0].points(states)
     seconds = (time.perf_counter() - clock) / len(states)
     for condition, found in zip(states, solved, strict=True):
         point = replace(task.blank, **condition)

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,7 +20,7 @@ from ehl.common.data import reason_text
 from ehl.common.figures import BLUE, GREY, ORANGE, axes_or_new, new_figure, panels
 from ehl.common.notes import Note
 from ehl.common.quantities import quantities, to_display, typeset_units
-from ehl.common.sections import Head, Item, KeyFigures, MainResult, Medium, Notes, Picture, Section, Text
+from ehl.common.sections import Head, Item, KeyFigures, MainResult, Medium, Notes, Picture, Section, Text, picture
 from ehl.common.table import Column, Table
 from regression.friction.published_registry import model_label
 
@@ -45,39 +44,36 @@ def reference_text(study: Study, *without: str) -> str:
 
 def study_figures(study: Study) -> Iterator[Picture]:
     """Figures of all varied parameters."""
-
-    def picture(name: str, caption: str, draw: Callable[..., Figure | Axes], *args: str) -> Picture:
-        return Picture(partial(draw, study, *args), caption, name)
-
     if len(study.designs) > 1 and set(study.varied) & set(study.reference):
-        yield picture("designs", "Each single parameter, the others at the reference.", designs_figure)
+        yield picture("designs", "Each single parameter, the others at the reference.", designs_figure, study)
     offsets = {study.reference_point(design).hypoid_offset for design in study.designs}
     if len(offsets) > 1:
         caption = (
             "Designs by their hypoid offset. They differ in more than the offset, because spiral angles, cutters and "
             "settings depend on it."
         )
-        yield picture("offset", caption, offset_figure)
+        yield picture("offset", caption, offset_figure, study)
     for along, lines in _CROSSED:
         if len(getattr(study.levels, along)) > 1:
             caption = f"Efficiency over {level_quantity(along).label}, with the other parameters as stated."
-            yield picture(f"over_{along}", caption, crossed_figure, along, lines)
+            yield picture(f"over_{along}", caption, crossed_figure, study, along, lines)
     if any(study.levels.shifts()):
         caption = f"One misalignment at a time, added to that of the design; {reference_text(study)}."
-        yield picture("misalignment", caption, misalignment_figure)
-    yield picture("influence", "Range of the efficiency over the levels of each single parameter.", plot_study)
+        yield picture("misalignment", caption, misalignment_figure, study)
+    caption = "Range of the efficiency over the levels of each single parameter."
+    yield picture("influence", caption, plot_study, study)
     if causes_of(study):
         caption = (
             "Half width of the 90 % interval of the efficiency at the reference from each single cause. Measuring the "
             "causes with the longest bars reduces the interval most. The numerical error is not included."
         )
-        yield picture("causes", caption, causes_figure)
+        yield picture("causes", caption, causes_figure, study)
 
 
-def crossed_figure(study: Study, along: str, lines: str) -> Figure:
+def crossed_figure(study: Study, along: str, lines: str) -> Axes:
     """Efficiency along one parameter, one line for each value of another, one panel for each design."""
-    figure = new_figure(1.6 + 4.2 * len(study.designs), 3.9)
-    all_axes = np.atleast_1d(figure.subplots(1, len(study.designs), sharey=True))
+    count = len(study.designs)
+    all_axes = panels(count, count, (1.6, 0.0), (4.2, 3.9), sharey=True)
     levels = getattr(study.levels, lines)
     shades = colormaps["viridis"](np.linspace(0.05, 0.85, max(len(levels), 2)))
     for axes, design in zip(all_axes, study.designs, strict=True):
@@ -89,9 +85,9 @@ def crossed_figure(study: Study, along: str, lines: str) -> Figure:
         axes.title.set_fontsize(9)
         axes.grid(alpha=0.3)
     all_axes[0].set_ylabel("mesh efficiency [%]")
-    place = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)}
+    place: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)}
     all_axes[-1].legend(title=level_quantity(lines).label, fontsize=8, title_fontsize=8, frameon=False, **place)
-    return figure
+    return all_axes[0]
 
 
 def designs_figure(study: Study) -> Axes:

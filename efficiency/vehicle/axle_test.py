@@ -15,7 +15,7 @@ import scipy
 
 from efficiency.vehicle.loss_map import AxleLosses, LossMap, LossTable, require_all
 from ehl.common.arrays import finite_or_none
-from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.errors import ConvergenceError, InputError, check_choice
 from ehl.common.files import write_file
 from ehl.common.quantities import quantity
 from ehl.common.table import Column, Table
@@ -71,8 +71,7 @@ def axle_test_points(
     torque_max: rated output torque of the axle [N m].
     Raises `InputError`: an unknown application, a number out of range, no output torque left.
     """
-    if application not in get_args(Application):
-        raise InputError("application", application, "single or tandem")
+    check_choice("application", application, get_args(Application))
     turns = _REVOLUTIONS.check(revolutions_per_mile, "revolutions_per_mile")
     torques = tuple(t for t in _OUTPUT_TORQUES[application] if torque_max is None or t <= torque_max)
     if len(torques) < 2:

@@ -24,12 +24,12 @@ from efficiency.conditions.grid import Evaluator, GridPoint, PointsResult
 from efficiency.loss.efficiency_result import pair_notes
 from efficiency.output.tables import outside_note
 from ehl.common.arrays import FloatArray, finite_or_none
-from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.errors import ConvergenceError, InputError, check_choice
 from ehl.common.files import write_file
 from ehl.common.pages import TableResult
 from ehl.common.quantities import quantity
 from ehl.common.sections import Head, Medium, Notes, Section
-from ehl.common.table import Column, Table
+from ehl.common.table import Table
 from ehl.common.table_reader import read_table
 from ehl.common.tabular import Tabular
 from ehl.common.units import ValueRange
@@ -115,8 +115,7 @@ def resolve_axle(axle: AxleLosses | Path | str | Mapping[str, float | str] | Non
     if not isinstance(axle, Mapping):
         return axle
     for name in axle:
-        if name not in _SIMPLE:
-            raise InputError("axle", name, "drag and load_share")
+        check_choice("axle", name, _SIMPLE)
     values = {k: _SIMPLE[k].check(v, k, bare=not isinstance(v, str) or k != "drag") for k, v in axle.items()}
     return SimpleAxleLosses(**values)
 
@@ -248,13 +247,10 @@ class LossMap(LossTable, Tabular):
 
     def _shown_table(self) -> Table:
         """Without the state of converged points, and without the parts of the loss if it is that of the mesh alone."""
-        hidden: tuple[str, ...] = () if self.reason else ("status", "reason")
-        hidden += (
-            () if any(point.torque_loss_axle for point in self.points) else ("torque_loss_mesh", "torque_loss_axle")
-        )
-        table = self.table()
-        names = [column.name for column in table.columns if isinstance(column, Column) and column.name not in hidden]
-        return table.select(names)
+        hidden, table = [] if self.reason else ["status", "reason"], self.table()
+        if not any(point.torque_loss_axle for point in self.points):
+            hidden += ["torque_loss_mesh", "torque_loss_axle"]
+        return table.select([name for name in table.names if name not in hidden])
 
     def to_dict(self) -> dict[str, Any]:
         """Points, conditions and notes in SI units, for JSON; nan becomes None."""

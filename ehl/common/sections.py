@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from functools import partial
+from typing import TYPE_CHECKING, Any, Literal
 
 from ehl.common.figures import figure_of, own_style
 from ehl.common.notes import Note
@@ -53,6 +54,11 @@ class Picture:
         """The figure, drawn now."""
         with own_style():
             return figure_of(self.draw())
+
+
+def picture(name: str, caption: str, draw: Callable[..., Figure | Axes], *arguments: Any) -> Picture:
+    """The picture that `draw` makes of its arguments."""
+    return Picture(partial(draw, *arguments), caption, name)
 
 
 @dataclass(frozen=True)

@@ -143,14 +143,18 @@ class Table:
         object.__setattr__(self, "columns", columns)
         object.__setattr__(self, "rows", rows)
 
+    @property
+    def names(self) -> list[str]:
+        """Names of the columns."""
+        return [column.name for column in self._columns]
+
     def records(self) -> list[dict[str, Cell]]:
         """Rows by the names of their columns, SI, for JSON."""
-        names = [column.name for column in self._columns]
-        return [dict(zip(names, row, strict=True)) for row in self.rows]
+        return [dict(zip(self.names, row, strict=True)) for row in self.rows]
 
     def select(self, names: Sequence[str]) -> Table:
         """The table with some of its columns, in the order of `names`."""
-        places = [[column.name for column in self._columns].index(name) for name in names]
+        places = [self.names.index(name) for name in names]
         rows = [[row[i] for i in places] for row in self.rows]
         return replace(self, columns=[self.columns[i] for i in places], rows=rows)
 
@@ -158,7 +162,7 @@ class Table:
         """The table as a pandas data frame."""
         import pandas as pd
 
-        return pd.DataFrame(self.records(), columns=[column.name for column in self._columns])
+        return pd.DataFrame(self.records(), columns=self.names)
 
     def csv(self) -> str:
         """CSV text, SI, with units in the head; texts that a spreadsheet would evaluate get an apostrophe."""

@@ -25,6 +25,7 @@ from efficiency.cli import app
 from ehl.common.data import data_path
 from ehl.common.errors import InputError
 from ehl.common.files import toml_text
+from ehl.common.progress import Progress
 from ehl.common.validation import read_toml
 from regression.friction.published_registry import model_label
 
@@ -60,9 +61,9 @@ def test_pictures_hold_the_contact() -> None:
     rows = BENCH.compared(SCENE)
     assert all(low <= loss <= high for _, loss, low, high in rows)
     assert losses(rows)["series"][0]["data"][0] == round(rows[0][1], 2)
-    heard: list[float] = []
-    torques, speeds, map_rows = BENCH.map(SCENE, heard.append)
-    assert heard[-1] == 1.0
+    states: list[Progress] = []
+    torques, speeds, map_rows = BENCH.map(SCENE, states.append)
+    assert states[-1].done == states[-1].total == len(torques) * len(speeds)
     assert map_rows[-1][-1] > map_rows[0][0]
     assert len(efficiency_map(torques, speeds, map_rows)["series"][0]["data"]) == len(torques) * len(speeds)
 

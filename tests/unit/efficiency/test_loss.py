@@ -118,6 +118,10 @@ IMPOSSIBLE: dict[str, tuple[Any, ...]] = {
     "torque": (0.0, -300.0, math.nan, math.inf, 1e300),
     "speed": (0.0, -1.0, math.nan, 5001.0),
     "temperature": (80.0, 90.0, 600.0, math.nan),
+    "roughness_rms_pinion": (2.1e-5,),
+    "roughness_rms_gear": (-1e-7,),
+    "correlation_length": (1e-9,),
+    "peklenik_number": (0.0,),
 }
 
 
@@ -133,15 +137,8 @@ def test_impossible_conditions_are_refused(name: str, value: float) -> None:
             distribute_load(tiny_mesh().grids.elastic_fine, tiny_mesh().grids.teeth, value)
 
 
-REFUSED = [("temperature_bulk_gear", 800.0), ("roughness_rms_gear", -1e-7), ("roughness_rms_pinion", 2.1e-5)]
-REFUSED += [("correlation_length", 1e-9), ("peklenik_number", 0.0)]
-
-
-@pytest.mark.parametrize(("name", "value"), REFUSED)
-def test_impossible_operations_are_refused(name: str, value: float) -> None:
-    assert replace(OPERATION, roughness_rms_pinion=2e-5).roughness_rms_pinion == 2e-5  # as the design file allows
-    with refuses(name):
-        replace(OPERATION, **{name: value})
+def test_roughness_of_the_design_file_is_allowed() -> None:
+    assert PAIR.at("constant:0.05", grid=COARSE, roughness_rms_pinion=2e-5).conditions.roughness_rms_pinion == 2e-5
 
 
 def test_run_functions_agree() -> None:
