@@ -15,10 +15,10 @@ from typing import Annotated, Literal, Self
 
 import numpy as np
 from pydantic import model_validator
+from scipy.optimize import brentq
 
 from ehl.common.data import data_path
 from ehl.common.errors import InputError
-from ehl.common.roots import bracketed_root
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel, Name
 
@@ -224,8 +224,7 @@ def rolling_range(bearing: BearingInput, at: BearingState) -> float:
         return float(0.6 - starvation * nu - 0.64 * shear * nu**0.64 / (1.0 + shear * nu**0.64))
 
     nu = 1e6 * at.viscosity
-    end = growth(nu)
-    return math.inf if end >= 0.0 else 1e-6 * bracketed_root(growth, (0.0, 0.6), (nu, end))
+    return math.inf if growth(nu) >= 0.0 else 1e-6 * float(brentq(growth, 0.0, nu))
 
 
 def _thick_oil(bearing: BearingInput, at: BearingState) -> tuple[float, float]:
