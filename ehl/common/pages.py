@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from xlsxwriter.format import Format
     from xlsxwriter.workbook import Workbook
 
-_MAX_SHEET_WIDTH, _MAX_SHEET_NAME = 60, 31
+_MAX_SHEET_WIDTH, _MAX_SHEET_NAME = 425, 31  # of a column [pixel]; of the name of a sheet [characters]
 _ASIDE = re.compile(r"<metadata>.*?</metadata>\s*|<!--.*?-->\s*", re.DOTALL)
 _ID, _REFERENCE = re.compile(r' id="([^"]*)"'), re.compile(r'(?:url\(|href=")#([^)"]+)')
 
@@ -338,7 +338,8 @@ def write_workbook(path: Path, sections: Sequence[Section]) -> Path:
 
     tables, title = tables_of(sections), head_of(sections).title
     content = io.BytesIO()
-    book = xlsxwriter.Workbook(content, {"nan_inf_to_errors": False, "strings_to_numbers": False})
+    # texts stay texts
+    book = xlsxwriter.Workbook(content, {"strings_to_formulas": False, "strings_to_urls": False})
     bold = book.add_format({"bold": True, "bottom": 1, "text_wrap": True, "valign": "top"})
     book.set_properties({"title": title, "comments": f"mixed-ehl {__version__}"})
     names = _sheet_names(tables)
@@ -358,24 +359,13 @@ def write_workbook(path: Path, sections: Sequence[Section]) -> Path:
 def _add_sheet(book: Workbook, name: str, head: Sequence[str], rows: Sequence[Sequence[Cell]], bold: Format) -> None:
     sheet = book.add_worksheet(name)
     if head:
-        for i, text in enumerate(head):
-            sheet.write_string(0, i, text, bold)
+        sheet.write_row(0, 0, head, bold)
         sheet.freeze_panes(1, 0)
         if rows:
             sheet.autofilter(0, 0, len(rows), len(head) - 1)
-    widths = [max(12, len(text) // 2 + 4) for text in head] or [12, 12]
     for number, row in enumerate(rows, start=bool(head)):
-        for i, value in enumerate(row):
-            if isinstance(value, str):
-                sheet.write_string(number, i, value)
-                if number < 200:
-                    widths[i] = max(widths[i], len(value))
-            elif isinstance(value, bool):
-                sheet.write_boolean(number, i, value)
-            elif value is not None:
-                sheet.write_number(number, i, value)
-    for i, width in enumerate(widths):
-        sheet.set_column(i, i, min(_MAX_SHEET_WIDTH, width))
+        sheet.write_row(number, 0, row)
+    sheet.autofit(_MAX_SHEET_WIDTH)
     sheet.set_landscape()
     sheet.repeat_rows(0)
 

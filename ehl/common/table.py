@@ -11,7 +11,7 @@ import html
 import io
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -26,7 +26,7 @@ from ehl.common.quantities import (
     typeset_units,
 )
 from ehl.common.table_reader import harmless
-from ehl.common.terminal import plain, terminal, wrapped
+from ehl.common.terminal import terminal, wrapped
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -196,40 +196,21 @@ class Table:
         terminal().print(self, crop=False, overflow="ignore")
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
-        from rich.cells import cell_len
-        from rich.segment import Segment
-        from rich.style import Style
-        from rich.text import Text
+        from rich.box import SIMPLE_HEAD
+        from rich.table import Table as Grid
 
         head, rows = self._texts(typeset=False)
         left = self._left(head, rows)
         widths = self._fitting(head, rows, left, options.max_width)
         if self.title:
             yield wrapped(self.title, "italic")
-        total = sum(widths.values()) + _GAP * (len(widths) - 1)
-
-        def folded(text: str, width: int) -> list[str]:
-            text = plain(text).replace("\t", " ")
-            if cell_len(text) <= width and "\n" not in text:
-                return [text]
-            return [line.plain.rstrip() for line in Text(text).wrap(console, width, overflow="fold")]
-
-        def lines(texts: Sequence[str], *, bottom: bool = False) -> Iterator[str]:
-            cells = [folded(texts[i], width) for i, width in widths.items()]
-            depth = max(map(len, cells))
-            blank = [[""] * (depth - len(cell)) for cell in cells]
-            cells = [[*empty, *cell] if bottom else [*cell, *empty] for cell, empty in zip(cells, blank, strict=True)]
-            for line in zip(*cells, strict=True):
-                parts = []
-                for (i, width), text in zip(widths.items(), line, strict=True):
-                    space = " " * (width - cell_len(text))
-                    parts.append(text + space if left[i] else space + text)
-                yield (" " * _GAP).join(parts).rstrip() + "\n"
-
-        if rows and total <= options.max_width:
-            yield Segment("".join(lines(head, bottom=True)), Style(bold=True))
-            yield Segment("─" * total + "\n")
-            yield Segment("".join(line for row in rows for line in lines(row)))
+        if rows and sum(widths.values()) + _GAP * (len(widths) - 1) <= options.max_width:
+            grid = Grid(box=SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, _GAP - 1, 0, 0))
+            for i, width in widths.items():
+                grid.add_column(wrapped(head[i]), justify="left" if left[i] else "right", width=width)
+            for row in rows:
+                grid.add_row(*(wrapped(row[i]) for i in widths))
+            yield grid
         else:  # less than two columns fit; no head without rows
             yield from (wrapped(f"{head[i]}: {row[i]}") for row in rows for i in widths)
         missing = [head[i] for i in range(len(head)) if i not in widths]
