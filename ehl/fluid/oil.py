@@ -11,14 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import (
-    Field,
-    SerializerFunctionWrapHandler,
-    ValidationInfo,
-    field_validator,
-    model_serializer,
-    model_validator,
-)
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from ehl.common.arrays import FloatArray, Values
 from ehl.common.data import data_names
@@ -105,25 +98,21 @@ class Oil(InputModel, Reportable):
     limiting_shear_coefficient: Annotated[float, ValueRange("", gt=0.0, le=1.0)] | None = None
     limiting_shear_ambient: Annotated[float, ValueRange("Pa", ge=0.0, le=1e8)] | None = None
     eyring_stress: Annotated[float, ValueRange("Pa", ge=1e4, le=1e9)] | None = None
-    # not in the hash of the card: without effect at the slip of fitted formulas
-    shear_modulus: Annotated[float, ValueRange("Pa", ge=1e5, le=1e11)] | None = Field(default=None, exclude=True)
-    # not in the hash of the card: formulas fitted with the constant stress remain valid
-    eyring_stress_pressure: RisingStress | None = Field(default=None, exclude=True)
+    shear_modulus: Annotated[float, ValueRange("Pa", ge=1e5, le=1e11)] | None = None
+    eyring_stress_pressure: RisingStress | None = None
     thermal_conductivity: Annotated[float, ValueRange("W/(m*K)", gt=0.0, le=10.0)] = 0.14
     conductivity_pressure: FilmConductivity | None = None
     heat_capacity: Annotated[float, ValueRange("J/(kg*K)", gt=0.0, le=10000.0)] = 2000.0
     temperature_valid: tuple[Temperature, Temperature] = (20.0 + KELVIN, 150.0 + KELVIN)
-    # not in the hash of the card: without effect on friction. Failure load stage of the FZG scuffing test A/8.3/90,
-    # permissible specific film against micropitting
-    fzg_stage: Annotated[int, Field(ge=1, le=14)] | None = Field(default=None, exclude=True)
-    film_permissible: Annotated[float, ValueRange("", gt=0.0, le=5.0)] | None = Field(default=None, exclude=True)
-    # not in the hash of the card: origin, range and uncertainty do not change the values; missing uncertainties follow
-    # from the law
-    pressure_valid: Annotated[float, ValueRange("Pa", gt=0.0, le=1e10)] | None = Field(default=None, exclude=True)
-    calibration: CalibrationRecord | None = Field(default=None, exclude=True)
-    uncertainty: CardUncertainty = Field(default_factory=dict, validate_default=True, exclude=True)
+    # failure load stage of the FZG scuffing test A/8.3/90, and permissible specific film against micropitting
+    fzg_stage: Annotated[int, Field(ge=1, le=14)] | None = None
+    film_permissible: Annotated[float, ValueRange("", gt=0.0, le=5.0)] | None = None
+    pressure_valid: Annotated[float, ValueRange("Pa", gt=0.0, le=1e10)] | None = None
+    calibration: CalibrationRecord | None = None
+    # missing values follow from the law
+    uncertainty: CardUncertainty = Field(default_factory=dict, validate_default=True)
     # factors of a `varied` card, for formulas of its oil with other inputs
-    factors: InputFactors = Field(default=InputFactors(), exclude=True)
+    factors: InputFactors = InputFactors()
 
     @field_validator("uncertainty", mode="before")
     @classmethod
@@ -419,13 +408,6 @@ class Oil(InputModel, Reportable):
     def save(self, path: str | PathLike[str]) -> None:
         """Write the card as TOML in SI units; `InputError` if the path does not end in .toml."""
         oil_sheet.write_card(self, Path(path), "Oil card written by mixed-ehl")
-
-    @model_serializer(mode="wrap")
-    def _without_none(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        # without these keys the hash of a card, which is that of its text, does not change
-        content: dict[str, Any] = handler(self)
-        later = ("density_pressure", "conductivity_pressure")
-        return {name: value for name, value in content.items() if name not in later or value is not None}
 
     @model_validator(mode="after")
     def _possible(self) -> Self:

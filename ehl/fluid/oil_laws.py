@@ -3,7 +3,7 @@
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
+from pydantic import Field, model_validator
 
 from ehl.common.errors import InputError
 from ehl.common.units import KELVIN
@@ -30,14 +30,6 @@ class StatedAlpha(InputModel):
     """Definition of a given pressure-viscosity coefficient; default: the slope at p = 0."""
 
     alpha_definition: AlphaDefinition | None = None
-
-    @model_serializer(mode="wrap")
-    def _without_none(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        # without this key the hash of a card, which is that of its text, does not change
-        content: dict[str, Any] = handler(self)
-        if self.alpha_definition is None:
-            content.pop("alpha_definition", None)
-        return content
 
 
 class TabulatedAlpha(StatedAlpha):
@@ -66,10 +58,6 @@ class ModulusAlpha(StatedAlpha):
     law: Literal["modulus", "constants"]
     anchor_temperature: viscosity_laws.Temperature | None = None
     anchor_value: viscosity_laws.AlphaValue | None = None
-
-    @model_serializer(mode="wrap")
-    def _without_anchor(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        return {key: value for key, value in handler(self).items() if value is not None}
 
     @model_validator(mode="after")
     def _anchored(self) -> Self:

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from pydantic import BaseModel
 
 from ehl.common.data import data_path
 from ehl.common.errors import InputError
@@ -19,6 +18,7 @@ from ehl.common.quantities import axis_label, quantity, to_display
 from ehl.common.sections import Head, Medium, Picture, Section
 from ehl.common.table import Table
 from ehl.common.units import KELVIN, ValueRange
+from ehl.fluid.oil_uncertainty import InputFactors
 from ehl.fluid.pressure_viscosity import DEFINITIONS, alpha_of
 from ehl.fluid.rheology import stress_at
 from ehl.fluid.viscosity import TEMPERATURE_RANGE
@@ -152,12 +152,8 @@ def oil_sections(card: Oil, temperatures: Sequence[float], medium: Medium) -> li
 
 def card_content(card: Oil) -> dict[str, Any]:
     """The values of a card in SI units."""
-    content: dict[str, Any] = card.model_dump(exclude_none=True)
-    for name, field in type(card).model_fields.items():  # fields excluded from the hash of a card
-        value = getattr(card, name)
-        if field.exclude and value is not None and value != field.default:
-            content[name] = value.model_dump() if isinstance(value, BaseModel) else value
-    return content
+    same = {"factors"} if card.factors == InputFactors() else set[str]()
+    return card.model_dump(exclude_none=True, exclude=same)
 
 
 def card_text(card: Oil, head: str) -> str:
