@@ -11,9 +11,9 @@ from ehl.common.errors import InputError
 from ehl.common.validation import InputModel
 from ehl.fluid.oil import Oil
 
-# origin, range and uncertainty do not change the values of a card. Scuffing stage and permissible film have no effect on
-# friction, and the shear modulus none at the slip of fitted formulas. Formulas that were fitted with a constant Eyring
-# stress remain valid for a rising one, and those of an oil for its `varied` cards
+# origin, range and uncertainty do not change the values of a card. Scuffing stage and permissible film have no effect
+# on friction, and the shear modulus none at the slip of fitted formulas. Formulas that were fitted with a constant
+# Eyring stress remain valid for a rising one, and those of an oil for its `varied` cards
 _NOT_HASHED = {
     *("description", "source", "pressure_valid", "calibration", "uncertainty", "fzg_stage", "film_permissible"),
     *("shear_modulus", "eyring_stress_pressure", "factors"),
