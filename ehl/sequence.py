@@ -12,9 +12,8 @@ import numpy as np
 
 from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.errors import InputError, MixedEhlError
-from ehl.common.pages import TableResult
+from ehl.common.pages import TableResult, Tabular
 from ehl.common.table import Table
-from ehl.common.tabular import Tabular
 from ehl.common.validation import validate
 from ehl.contact import Contact
 from ehl.fluid.lubricant import Lubricant

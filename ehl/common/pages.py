@@ -8,15 +8,16 @@ import platform
 import re
 from collections.abc import Callable, Iterator, Sequence
 from importlib import import_module
+from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from ehl.common.data import Citation
 from ehl.common.errors import InputError
 from ehl.common.figures import figure_of, interactive, own_style, printable, quiet_about_names, save_figure
-from ehl.common.files import FIGURE, PAGE, make_folder, write_file
+from ehl.common.files import FIGURE, PAGE, make_folder, replacing, write_file
 from ehl.common.notes import notes_table, print_notes
-from ehl.common.quantities import typeset_units
-from ehl.common.references import Citation
+from ehl.common.quantities import quantities, typeset_units
 from ehl.common.sections import Code, Folded, Head, Item, MainResult, Medium, Notes, Picture, Row, Section, Text
 from ehl.common.table import Cell, Table
 from ehl.common.terminal import print_text
@@ -24,6 +25,7 @@ from ehl.common.version import __version__
 
 if TYPE_CHECKING:
     import pandas as pd
+    import xarray
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from xlsxwriter.format import Format
@@ -212,6 +214,65 @@ class TableResult(Reportable):
     def to_frame(self) -> pd.DataFrame:
         """The table as a data frame, SI units."""
         return self.table().to_frame()
+
+
+def _si_units(frame: pd.DataFrame) -> dict[str, str]:
+    """SI unit of each column that has one."""
+    known = quantities()
+    return {name: known[name].unit for name in map(str, frame.columns) if name in known and known[name].unit}
+
+
+def _required(package: str) -> InputError:
+    hint = "Install it with: pip install 'mixed-ehl[tables]'. CSV and XLSX require no extra."
+    return InputError("package", package, "an installed package", hint)
+
+
+class Tabular:
+    """A result with one row per point or case, for programs that read xarray or Parquet (extra `tables`)."""
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row per point, SI units."""
+        raise NotImplementedError
+
+    def _dimensions(self) -> tuple[str, ...]:
+        """Columns that are the axes; without any, the rows are one dimension, `case`."""
+        return ()
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The result over its axes, with SI units as the attribute `units` of each variable.
+
+        Raises
+        ------
+        InputError
+            The package xarray is not installed.
+        """
+        frame, axes = self.to_frame(), list(self._dimensions())
+        try:
+            found: xarray.Dataset = (frame.set_index(axes) if axes else frame.rename_axis("case")).to_xarray()
+        except ImportError:
+            raise _required("xarray") from None
+        for name, unit in _si_units(frame).items():
+            found[name].attrs["units"] = unit
+        return found
+
+    def to_parquet(self, path: str | PathLike[str]) -> None:
+        """Write the rows as a Parquet file, with the SI unit in the metadata of each column.
+
+        Raises
+        ------
+        InputError
+            The package pyarrow is not installed, or the file cannot be written.
+        """
+        try:
+            import pyarrow
+            from pyarrow import parquet
+        except ImportError:
+            raise _required("pyarrow") from None
+        frame = self.to_frame()
+        table, units = pyarrow.Table.from_pandas(frame, preserve_index=False), _si_units(frame)
+        fields = [field.with_metadata({"unit": units.get(field.name, "")}) for field in table.schema]
+        with replacing(Path(path), "parquet") as draft:
+            parquet.write_table(table.cast(pyarrow.schema(fields, metadata=table.schema.metadata)), draft)
 
 
 def inner_items(items: Sequence[Item]) -> Iterator[Item]:
