@@ -240,7 +240,7 @@ class SurfaceInput(InputModel):
 
     @property
     def profile_reading(self) -> dict[str, Any]:
-        """Options of `ehl.surface.measured_profile.load_profile` for measured profiles."""
+        """Options of `ehl.surface.measured_surface.load_profile` for measured profiles."""
         return {
             "unit_x": self.profile_unit_x,
             "unit_height": self.profile_unit_height,

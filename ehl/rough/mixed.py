@@ -28,7 +28,7 @@ from ehl.line_contact import LineContact
 from ehl.rough import RoughSurfaces, TransientResult, solve_transient
 from ehl.rough.accuracy import BUDGET, NODES_MIN, level_of, mesh_length, min_nodes
 from ehl.rough.multilevel import ERROR_ALLOWED
-from ehl.surface.measured_profile import detrended, gaussian_mean_line, load_profile, profile_points
+from ehl.surface.measured_surface import detrended, gaussian_mean_line, load_profile, profile_points
 from ehl.surface.roughness import CUTOFF_PER_CORRELATION_LENGTH, RoughProfile, SelfAffine, generate_profile
 
 STYLUS_CUTOFF = 2.5e-6  # shortest wavelength in Rq [m]

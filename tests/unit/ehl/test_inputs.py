@@ -17,7 +17,7 @@ from ehl.fluid.lubricant_inputs import DirectLubricant, OilLubricant
 from ehl.fluid.oil import Oil
 from ehl.inputs import SurfaceInput
 from ehl.material import Material
-from ehl.surface.measured_profile import load_profile
+from ehl.surface.measured_surface import load_profile
 from regression.formula import Formula
 
 BASE: dict[str, Any] = {
