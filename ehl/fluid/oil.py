@@ -24,7 +24,6 @@ from ehl.fluid import oil_alpha, oil_laws, oil_sheet
 from ehl.fluid.density import density_at
 from ehl.fluid.lubricant import ASSUMED_CONDUCTIVITY, CONDUCTIVITY_OF_BASE, FilmConductivity, Lubricant
 from ehl.fluid.oil_family import FAMILIES, SHEAR_MODULUS, check_viscosities, generic_card, generic_name
-from ehl.fluid.oil_uncertainty import VARIABLES, CardUncertainty, InputFactors, standard_uncertainty
 from ehl.fluid.pressure_viscosity import AlphaDefinition
 from ehl.fluid.rheology import LinearStress, RisingStress
 from ehl.fluid.viscosity import TEMPERATURE_RANGE, Temperature, WaltherViscosity, walther_1931, walther_slope
@@ -110,9 +109,9 @@ class Oil(InputModel, Reportable):
     pressure_valid: Annotated[float, ValueRange("Pa", gt=0.0, le=1e10)] | None = None
     calibration: CalibrationRecord | None = None
     # missing values follow from the law
-    uncertainty: CardUncertainty = Field(default_factory=dict, validate_default=True)
+    uncertainty: oil_laws.CardUncertainty = Field(default_factory=dict, validate_default=True)
     # factors of a `varied` card, for formulas of its oil with other inputs
-    factors: InputFactors = InputFactors()
+    factors: oil_laws.InputFactors = oil_laws.InputFactors()
 
     @field_validator("uncertainty", mode="before")
     @classmethod
@@ -123,7 +122,7 @@ class Oil(InputModel, Reportable):
         viscosity, alpha = info.data["viscosity"], info.data["pressure_viscosity"]
         base, certainty = info.data.get("base", "mineral"), info.data.get("certainty", "mixed")
         by_gold = isinstance(alpha, oil_laws.GoldAlpha) and alpha.anchor_value is None
-        return standard_uncertainty(viscosity, base if by_gold else None, certainty) | given
+        return oil_laws.standard_uncertainty(viscosity, base if by_gold else None, certainty) | given
 
     @classmethod
     def load(cls, name: str | Oil) -> Oil:
@@ -287,8 +286,8 @@ class Oil(InputModel, Reportable):
         1.083
         """
         for name in deviations:
-            if name not in VARIABLES:
-                raise InputError(name, deviations[name], "one of " + ", ".join(VARIABLES))
+            if name not in oil_laws.VARIABLES:
+                raise InputError(name, deviations[name], "one of " + ", ".join(oil_laws.VARIABLES))
         factor = {name: math.exp(n * getattr(self.uncertainty, name)) for name, n in deviations.items()}
         factors = {name: getattr(self.factors, name) * value for name, value in factor.items()}
         changes: dict[str, Any] = {"factors": self.factors.model_copy(update=factors)}

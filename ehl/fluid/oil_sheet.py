@@ -18,7 +18,7 @@ from ehl.common.quantities import axis_label, quantity, to_display
 from ehl.common.sections import Head, Medium, Picture, Section
 from ehl.common.table import Table
 from ehl.common.units import KELVIN, ValueRange
-from ehl.fluid.oil_uncertainty import InputFactors
+from ehl.fluid.oil_laws import InputFactors
 from ehl.fluid.pressure_viscosity import DEFINITIONS, alpha_of
 from ehl.fluid.rheology import stress_at
 from ehl.fluid.viscosity import TEMPERATURE_RANGE

@@ -23,7 +23,7 @@ from ehl.common.errors import InputError
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel
 from ehl.fluid.oil import Oil
-from ehl.fluid.oil_uncertainty import VARIABLES
+from ehl.fluid.oil_laws import VARIABLES
 from ehl.surface.finish import HALF_RANGE, LEAST_PEKLENIK, Figure, surface_uncertainty, with_lay_ratio
 
 FILE = "sensitivities.csv"
