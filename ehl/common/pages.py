@@ -17,9 +17,9 @@ from ehl.common.errors import InputError
 from ehl.common.figures import figure_of, interactive, own_style, printable, quiet_about_names, save_figure
 from ehl.common.files import FIGURE, PAGE, make_folder, replacing, write_file
 from ehl.common.notes import notes_table, print_notes
-from ehl.common.quantities import quantities, typeset_units
+from ehl.common.quantities import quantities
 from ehl.common.sections import Code, Folded, Head, Item, MainResult, Medium, Notes, Picture, Row, Section, Text
-from ehl.common.table import Cell, Table
+from ehl.common.table import Cell, Table, html_template
 from ehl.common.terminal import print_text
 from ehl.common.version import __version__
 
@@ -329,20 +329,9 @@ def write_page(path: Path, sections: Sequence[Section]) -> Path:
 
     Raises `InputError`: the file cannot be written.
     """
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
-    environment = Environment(
-        loader=PackageLoader("ehl.common"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters["typeset"] = typeset_units
-    environment.filters["svg"] = picture_svg
     head = head_of(sections)
     footer = f"mixed-ehl {__version__}, Python {platform.python_version()}. {head.footer}".strip()
-    page = environment.get_template("report.html").render(head=head, sections=sections, footer=footer)
+    page = html_template("report.html").render(head=head, sections=sections, footer=footer, svg=picture_svg)
     write_file(path, page, "report")
     return path
 

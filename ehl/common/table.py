@@ -7,12 +7,12 @@ display units; CSV, JSON and data frames are SI. Texts given by users are escape
 from __future__ import annotations
 
 import csv
-import html
 import io
 import math
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from ehl.common.data import reason_text
@@ -30,6 +30,7 @@ from ehl.common.terminal import terminal, wrapped
 
 if TYPE_CHECKING:
     import pandas as pd
+    from jinja2 import Template
     from rich.console import Console, ConsoleOptions, RenderResult
 
 Cell = float | int | str | bool | None
@@ -172,22 +173,9 @@ class Table:
     def html(self) -> str:
         """The table as an HTML element, in display units."""
         head, rows = self._texts(typeset=True)
+        dense = "dense densest" if len(head) > _DENSEST else "dense" if len(head) > _DENSE else ""
         left = self._left(head, rows)
-        style = [' class="text" style="text-align:left"' if words else "" for words in left]
-        dense = "dense densest" if len(head) > _DENSEST else "dense"
-        lines = [f'<table class="{dense}">' if len(head) > _DENSE else "<table>"]
-        if self.title:
-            lines.append(f"<caption><span>{html.escape(typeset_units(self.title))}</span></caption>")
-        cells = "".join(f"<th{mark}>{html.escape(text)}</th>" for text, mark in zip(head, style, strict=True))
-        lines.append(f"<thead><tr>{cells}</tr></thead>\n<tbody>")
-        for number, row in enumerate(rows):
-            mark = ' class="highlight"' if number == self.highlight else ""
-            row = [html.escape(typeset_units(text)) for text in row]
-            cells = "".join(f"<td{s}>{text}</td>" for text, s in zip(row, style, strict=True))
-            lines.append(f"<tr{mark}>{cells}</tr>")
-        lines.append("</tbody>\n</table>")
-        lines += [f"<p>{html.escape(typeset_units(note))}</p>" for note in self.notes]
-        return "\n".join(lines)
+        return html_template("table.html").render(table=self, head=head, rows=rows, left=left, dense=dense)
 
     _repr_html_ = html
 
@@ -287,6 +275,17 @@ class Table:
             widths[i] = least[i] + max(0, min(spare, full[i] - least[i]))
             spare -= widths[i] - least[i]
         return widths
+
+
+@cache
+def html_template(name: str) -> Template:
+    """A template of `ehl/common/templates`; texts are escaped."""
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined)
+    environment.loader = PackageLoader("ehl.common")
+    environment.filters["typeset"] = typeset_units
+    return environment.get_template(name)
 
 
 # right-aligned cells: numbers, intervals, percentages, dashes
