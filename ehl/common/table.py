@@ -15,16 +15,8 @@ from dataclasses import dataclass, replace
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
+from ehl.common import quantities
 from ehl.common.data import reason_text
-from ehl.common.quantities import (
-    Quantity,
-    format_number,
-    printed_unit,
-    quantities,
-    rounded,
-    typeset_unit,
-    typeset_units,
-)
 from ehl.common.table_reader import harmless
 from ehl.common.terminal import terminal, wrapped
 
@@ -55,10 +47,10 @@ class Column:
     rounded: bool = False  # whether digits before the point are rounded as well
 
     @property
-    def quantity(self) -> Quantity:
+    def quantity(self) -> quantities.Quantity:
         """Quantity of the column."""
-        known = quantities()
-        return known[self.of] if self.of else known.get(self.name, Quantity(self.name, label=self.name))
+        known = quantities.quantities()
+        return known[self.of] if self.of else known.get(self.name, quantities.Quantity(self.name, label=self.name))
 
     def text(self, value: Cell) -> str:
         """Text of a cell in the display unit."""
@@ -72,8 +64,9 @@ class Column:
         if self.decimals is not None and math.isfinite(shown):
             return f"{round(shown, self.decimals) + 0.0:.{self.decimals}f}"
         if self.rounded:
-            shown = rounded(float(shown), self.digits)
-        return str(shown) if isinstance(shown, int) else format_number(shown, self.digits or self.quantity.digits)
+            shown = quantities.rounded(float(shown), self.digits)
+        digits = self.digits or self.quantity.digits
+        return str(shown) if isinstance(shown, int) else quantities.format_number(shown, digits)
 
     def shown(self, value: Cell) -> Cell:
         """Value of a cell in the display unit."""
@@ -214,13 +207,13 @@ class Table:
         """Head and cells of a file, with numbers in SI or display units."""
         return self._laid_out(
             lambda column: column.name,
-            lambda column: printed_unit(column.quantity.display if display else column.quantity.unit),
+            lambda column: quantities.printed_unit(column.quantity.display if display else column.quantity.unit),
             lambda column, cell: column.shown(cell) if display else cell,
         )
 
     def _texts(self, *, typeset: bool) -> tuple[list[str], list[list[str]]]:
         """Head and cells as shown."""
-        written = typeset_unit if typeset else printed_unit
+        written = quantities.typeset_unit if typeset else quantities.printed_unit
         return self._laid_out(
             lambda c: c.label or c.quantity.label, lambda c: written(c.quantity.display), lambda c, x: c.text(x)
         )
@@ -284,7 +277,7 @@ def html_template(name: str) -> Template:
 
     environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined)
     environment.loader = PackageLoader("ehl.common")
-    environment.filters["typeset"] = typeset_units
+    environment.filters["typeset"] = quantities.typeset_units
     return environment.get_template(name)
 
 
