@@ -187,7 +187,7 @@ class SurfaceInput(InputModel):
     @model_validator(mode="after")
     def _fill(self) -> Self:
         # defaults are not marked as given, so that the correlation length follows a changed Rq
-        for name, value in self._unsaid().items():
+        for name, value in self._defaults().items():
             if name not in self.model_fields_set:
                 self.__dict__[name] = value
         rough = max(self.roughness_rms_1, self.roughness_rms_2)
@@ -196,7 +196,7 @@ class SurfaceInput(InputModel):
             raise InputError("running_in", f"{self.running_in * 1e6:.3g} um", allowed)
         return self
 
-    def _unsaid(self) -> dict[str, Any]:
+    def _defaults(self) -> dict[str, Any]:
         """Default values from finish, additive and Rq."""
         values: dict[str, Any] = {"boundary_friction": finishes.Additive.load(self.additive).boundary_friction.value}
         if self.finish is None:

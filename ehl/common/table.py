@@ -205,7 +205,7 @@ class Table:
 
     def grid(self, *, display: bool) -> tuple[list[str], list[list[Cell]]]:
         """Head and cells of a file, with numbers in SI or display units."""
-        return self._laid_out(
+        return self._arranged(
             lambda column: column.name,
             lambda column: quantities.printed_unit(column.quantity.display if display else column.quantity.unit),
             lambda column, cell: column.shown(cell) if display else cell,
@@ -214,11 +214,11 @@ class Table:
     def _texts(self, *, typeset: bool) -> tuple[list[str], list[list[str]]]:
         """Head and cells as shown."""
         written = quantities.typeset_unit if typeset else quantities.printed_unit
-        return self._laid_out(
+        return self._arranged(
             lambda c: c.label or c.quantity.label, lambda c: written(c.quantity.display), lambda c, x: c.text(x)
         )
 
-    def _laid_out(
+    def _arranged(
         self, label: Callable[[Column], str], unit: Callable[[Column], str], value: Callable[[Column, Cell], Any]
     ) -> tuple[list[str], list[list[Any]]]:
         if self.vertical:

@@ -1,8 +1,8 @@
-"""Tables a user brings (CSV, XLSX): one reader for all, which finds dialect, header and units by content.
+"""Reader of tables of the user (CSV, XLSX), which finds dialect, header and units from the content.
 
 A header cell is ``name [unit]``, ``name (unit)``, ``name / unit`` or a bare name; under a bare name numbers are SI and
-texts carry their unit. A second row with only units (as `mixed-ehl sweep merge` writes it) serves too. Names are
-those of docs/nomenclature.md in any spelling, or the usual ones of other programs and test rigs (`_OTHER_NAMES`).
+texts have their unit. The units may also be in a second row (as `mixed-ehl sweep merge` writes them). Names are those
+of docs/nomenclature.md in any spelling, or the usual ones of other programs and test rigs (`_OTHER_NAMES`).
 
 A table whose names are all exact is strict: each column, row and cell must be usable. A table of another program (names
 that correspond to those of the program, or lines above the header) is not: other columns, lines between the rows and
@@ -162,7 +162,7 @@ def read_table(
             path.name, f"{left_out} rows with missing values", f"fewer than the {len(numbers)} complete ones"
         )
     if foreign or left_out or other:
-        _tell(path, heads[0], left_out, other)
+        _log_columns(path, heads[0], left_out, other)
     return whole, tuple(numbers)
 
 
@@ -239,7 +239,7 @@ def _is_missing(cell: Cell, unit: str | None, quantity: ValueRange, *, empty: bo
     return False
 
 
-def _tell(path: Path, head: _Head, left_out: int, others: Sequence[int]) -> None:
+def _log_columns(path: Path, head: _Head, left_out: int, others: Sequence[int]) -> None:
     """Note the meaning of each column."""
     pairs = [(name, mine) for name, mine in zip(head.names, head.quantities, strict=True) if name]
     named = [f"{name} -> {mine}" for name, mine in pairs if mine and name != mine]

@@ -75,7 +75,7 @@ def looks_like(text: str) -> str:
     return ""
 
 
-def told_kind(text: str) -> str:
+def kind_sentence(text: str) -> str:
     """Sentence with the kind of a text file; empty if the kind is unknown."""
     try:
         kind = KINDS.get(kind_of(tomllib.loads(text)))

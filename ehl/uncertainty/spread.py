@@ -55,9 +55,9 @@ def stated_change(
         return None
     nodes, below, above = _slopes()[name]
     place = np.log(np.clip(film_ratio, 1e-6, 1e6))
-    felt = np.where(np.isfinite(film_ratio) | (name in ("temperature_bulk", "conductivity_solid")), 1.0, 0.0)
+    weight = np.where(np.isfinite(film_ratio) | (name in ("temperature_bulk", "conductivity_solid")), 1.0, 0.0)
     down, up = spread.shift(-score), spread.shift(score)
-    return felt * down * np.interp(place, nodes, below), felt * up * np.interp(place, nodes, above)
+    return weight * down * np.interp(place, nodes, below), weight * up * np.interp(place, nodes, above)
 
 
 Kind = Literal["relative", "absolute"]
