@@ -3,8 +3,6 @@
 Apart from the public names, a command line imports this module only.
 """
 
-from __future__ import annotations
-
 import contextlib
 import errno
 import gc
