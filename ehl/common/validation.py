@@ -6,12 +6,12 @@ Kinds of input files, recognised by their keys, so that errors can name the kind
 import re
 import tomllib
 import types
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import accumulate
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal, TypeVar, Union, get_args, get_origin
+from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar, Union, get_args, get_origin
 
 from pydantic import AfterValidator, AliasChoices, BaseModel, ConfigDict, Field, Tag, ValidationError, model_validator
 from pydantic.fields import FieldInfo
@@ -110,52 +110,36 @@ class InputModel(BaseModel):
     # words for quantities that have no key, without "_1", "_2" or "1", "2" at the end, and what to give instead
     instead: ClassVar[Mapping[str, str]] = {}
 
-    @model_validator(mode="before")
+    @model_validator(mode="wrap")
     @classmethod
-    def _words(cls, values: Any) -> Any:
-        if not isinstance(values, dict):
-            return values
-        for key, choices in _choices(cls).items():
-            value = values.get(key)
-            if isinstance(choices, dict):
-                changed = _with_words(value, choices)
-            else:
-                changed = same_name(value, choices) if isinstance(value, str) else value
-            if changed is not value:
-                values = {**values, key: changed}
-        return values
+    def _in_any_case(cls, values: Any, handler: Callable[[Any], Self]) -> Self:
+        try:
+            return handler(values)
+        except ValidationError as error:
+            corrected = _with_exact_words(values, error)
+            if corrected is values:
+                raise
+            return handler(corrected)
 
 
 Model = TypeVar("Model", bound=BaseModel)
+_QUOTED = re.compile("'([^']*)'")  # the allowed words in an error of pydantic
 
 
-def _with_words(value: Any, choices: dict[str, tuple[str, ...]]) -> Any:
-    """A table with the words that select the member of a union in their exact case."""
-    if not isinstance(value, dict):
-        return value
-    words = {key: same_name(value[key], known) for key, known in choices.items() if isinstance(value.get(key), str)}
-    return value if all(value[key] == word for key, word in words.items()) else {**value, **words}
-
-
-@cache
-def _choices(model: type[BaseModel]) -> dict[str, tuple[str, ...] | dict[str, tuple[str, ...]]]:
-    """Allowed words of each field, and for a union of tables the words of their keys."""
-    found: dict[str, tuple[str, ...] | dict[str, tuple[str, ...]]] = {}
-    for name, info in model.model_fields.items():
-        annotation, _ = _bare(info.annotation, ())
-        parts = [_bare(part, ())[0] for part in get_args(annotation)] if _is_union(annotation) else [annotation]
-        words = tuple(word for part in parts if get_origin(part) is Literal for word in get_args(part))
-        tables = [part for part in parts if _is_model(part)]
-        if words and all(isinstance(word, str) for word in words):
-            found[info.alias or name] = words
-        elif len(tables) > 1:
-            keys: dict[str, tuple[str, ...]] = {}
-            for table in tables:
-                for key, known in _choices(table).items():
-                    if isinstance(known, tuple):
-                        keys[key] = (*keys.get(key, ()), *known)
-            found[info.alias or name] = keys
-    return found
+def _with_exact_words(values: Any, error: ValidationError) -> Any:
+    """The values with words in their exact case, also those that select the member of a union, where they were not."""
+    for complaint in error.errors(include_url=False) if isinstance(values, dict) else ():
+        name, context = complaint["loc"][0] if complaint["loc"] else "", complaint.get("ctx", {})
+        value = corrected = values.get(name)
+        if complaint["type"] == "literal_error" and isinstance(value, str):
+            corrected = same_name(value, _QUOTED.findall(context["expected"]))
+        elif complaint["type"] == "union_tag_invalid" and isinstance(value, dict):
+            key = context["discriminator"].strip("'")
+            if isinstance(tag := value.get(key), str):
+                corrected = value | {key: same_name(tag, _QUOTED.findall(context["expected_tags"]))}
+        if corrected != value:
+            values = {**values, name: corrected}
+    return values
 
 
 def read_toml(path: str | Path, kind: str = "") -> dict[str, Any]:
