@@ -364,9 +364,6 @@ def check_outputs(outputs: Mapping[str, Path | None], folders: Collection[str] =
         folder = path.parent
         while not os.path.lexists(folder):
             folder = folder.parent
-        if not os.path.isdir(folder):
-            expected = "a path whose folders exist or can be created"
-            raise InputError(field, str(path), expected, f"{folder} is not a folder.")
         if os.path.exists(path) and not os.access(path, os.W_OK):
             raise InputError(field, str(path), f"a {kind} that can be written", "Check its permissions.")
         if os.path.lexists(path):  # a new file is made next to an old one, in an old folder

@@ -12,7 +12,7 @@ import numpy as np
 
 from ehl.common.data import data_path
 from ehl.common.errors import InputError
-from ehl.common.figures import axes_or_new
+from ehl.common.figures import BLUE, GREY, ORANGE, axes_or_new
 from ehl.common.files import toml_text, write_file
 from ehl.common.quantities import axis_label, quantity, to_display
 from ehl.common.sections import Head, Medium, Picture, Section
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 TEMPERATURES = (40.0 + KELVIN, 100.0 + KELVIN)
 PRESSURES = (0.0, 0.2e9, 0.4e9, 0.8e9, 1.2e9, 1.6e9)
-_COLOURS, _GREY = ("#1f5a99", "#c8651b", "#4b8b3b", "#8a4f9e"), "#8a8f98"
+_COLOURS = (BLUE, ORANGE, "#4b8b3b", "#8a4f9e")
 
 
 def temperatures_of(given: str | Sequence[float | str] | None) -> tuple[float, ...]:
@@ -103,11 +103,11 @@ def plot_oil(oil: Oil, temperatures: Sequence[float], ax: Axes | None = None) ->
             place, eta = to_display("pressure", place), to_display("viscosity_inlet", eta)
             axes.plot(place, eta, "o", color=colour, ms=4, mfc="none")
     if known:
-        axes.plot([], [], "o", color=_GREY, ms=4, mfc="none", label="law of the source")
+        axes.plot([], [], "o", color=GREY, ms=4, mfc="none", label="law of the source")
     if oil.pressure_valid is not None:
-        axes.axvline(to_display("pressure", oil.pressure_valid), color=_GREY, lw=0.8, ls="--")
+        axes.axvline(to_display("pressure", oil.pressure_valid), color=GREY, lw=0.8, ls="--")
         end, place = to_display("pressure", oil.pressure_valid), axes.get_xaxis_transform()
-        axes.text(end, 0.02, " end of measured range", color=_GREY, transform=place, fontsize=8)
+        axes.text(end, 0.02, " end of measured range", color=GREY, transform=place, fontsize=8)
     axes.set(xlabel=axis_label("pressure"), ylabel="viscosity [mPa s]", xlim=(0.0, shown[-1]))
     axes.set_title(f"{oil.name}: viscosity, band: one standard deviation of ln(eta/eta0)", fontsize=10)
     axes.legend(frameon=False)
