@@ -33,6 +33,7 @@ from ehl.common.errors import InputError, MixedEhlError, near
 from ehl.common.files import FIGURE, PAGE, make_folder, write_file
 from ehl.common.progress import Progress, duration, progress_to
 from ehl.common.terminal import print_text as print_text
+from ehl.common.terminal import wrapped
 from ehl.common.units import is_list as is_list
 from ehl.common.version import __version__
 
@@ -419,7 +420,7 @@ NOTHING_KEPT = "no results are stored; the same command starts again"
 class ProgressDisplay:
     """Display of the elapsed time of a computation, its progress and the estimated time left.
 
-    A terminal has one line with a bar (rich) that is updated; other streams get a line after `FIRST_DISPLAY` and then
+    A terminal has one line (rich) that is updated; other streams get a line after `FIRST_DISPLAY` and then
     every `LINE_EVERY`.
 
     what: name of the computation.
@@ -432,7 +433,7 @@ class ProgressDisplay:
         self.begins: dict[str, float] = {}
         self.next = self.begin + FIRST_DISPLAY
         self.state, self.reported = Progress("", 0, 0), self.begin
-        self._bar: Any = None
+        self._line: Any = None
 
     def update(self, state: Progress) -> None:
         """Set the state of the computation."""
@@ -466,21 +467,12 @@ class ProgressDisplay:
         if self.clock() < self.next:
             return
         if self.stream.isatty():
-            if self._bar is None:
+            if self._line is None:
                 from rich.console import Console
-                from rich.progress import BarColumn, TextColumn
-                from rich.progress import Progress as Bar
 
-                columns = (TextColumn("{task.description}", markup=False), BarColumn())
-                self._bar = Bar(*columns, console=Console(file=self.stream), transient=True)
-                self._bar.add_task(self.what, total=None)
-                self._bar.start()
-            self._bar.update(
-                self._bar.task_ids[0],
-                description=self.text(),
-                completed=self.state.done,
-                total=self.state.total or None,
-            )
+                self._line = Console(file=self.stream).status("")
+                self._line.start()
+            self._line.update(wrapped(self.text()))
         else:
             self.stream.write(f"mixed-ehl: {self.text()}\n")
             self.stream.flush()
@@ -488,8 +480,8 @@ class ProgressDisplay:
 
     def clear(self) -> None:
         """Remove the line from a terminal."""
-        if self._bar is not None:
-            self._bar.stop()
+        if self._line is not None:
+            self._line.stop()
 
 
 @contextmanager
