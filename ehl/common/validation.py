@@ -252,7 +252,7 @@ def _problem(complaint: Any, model: type[BaseModel], where: str) -> InputError:
         return InputError(".".join([*parts, key]), context.get("tag"), _tags(place.annotation, key))
     choices = get_args(place.annotation) if get_origin(place.annotation) is Literal else ()
     hint = "" if value is None else near(value, map(str, choices))
-    return InputError(field, value, expected_input(place, ".".join(place.path)) or complaint["msg"], hint)
+    return InputError(field, value, place.expected or complaint["msg"], hint)
 
 
 def _tags(annotation: Any, key: str) -> str:
@@ -271,6 +271,32 @@ class FieldLocation:
     owner: type[BaseModel]  # the innermost model that contains the place
     annotation: Any  # type of what belongs there; None where nothing does
     metadata: tuple[Any, ...] = ()  # its units and bounds
+
+    @property
+    def expected(self) -> str:
+        """Allowed values as text; empty if unknown."""
+        for part in self.metadata:
+            if isinstance(part, ValueRange):
+                return part.expected
+        kind, table = self.annotation, f"a table [{'.'.join(self.path)}]"
+        if _is_model(kind):
+            needed = [info.alias or name for name, info in kind.model_fields.items() if info.is_required()]
+            return table + (f" with {', '.join(needed)}" if needed else "")
+        if get_origin(kind) is Literal:
+            return "one of " + ", ".join(map(repr, get_args(kind)))
+        if _is_union(kind):
+            parts = (FieldLocation(self.path, self.owner, *_bare(member, ())).expected for member in get_args(kind))
+            return " or ".join(dict.fromkeys(filter(None, parts)))
+        words = {int: "a whole number", str: "a text in quotes", bool: "true or false", float: "a number"}
+        if kind in words:
+            return words[kind] + _bounds(self.metadata)
+        if kind is dict or get_origin(kind) is dict:
+            return table
+        if get_origin(kind) in (list, tuple):
+            items = get_args(kind)
+            fixed = get_origin(kind) is tuple and ... not in items
+            return f"a list of {len(items)} entries" if fixed else "a list"
+        return ""
 
 
 def locate_field(model: type[BaseModel], loc: Sequence[int | str]) -> FieldLocation:
@@ -297,36 +323,6 @@ def locate_field(model: type[BaseModel], loc: Sequence[int | str]) -> FieldLocat
 def value_range_of(model: type[BaseModel], name: str) -> ValueRange:
     """Unit and range of a field of a model."""
     return next(part for part in locate_field(model, (name,)).metadata if isinstance(part, ValueRange))
-
-
-def expected_input(place: FieldLocation, table: str) -> str:
-    """Allowed values of the place as text; empty if unknown.
-
-    place: result of `locate_field`.
-    table: name of the place if it is a table.
-    """
-    for part in place.metadata:
-        if isinstance(part, ValueRange):
-            return part.expected
-    kind = place.annotation
-    if _is_model(kind):
-        needed = [info.alias or name for name, info in kind.model_fields.items() if info.is_required()]
-        return f"a table [{table}]" + (f" with {', '.join(needed)}" if needed else "")
-    if get_origin(kind) is Literal:
-        return "one of " + ", ".join(map(repr, get_args(kind)))
-    if _is_union(kind):
-        parts = (FieldLocation((), place.owner, *_bare(member, ())) for member in get_args(kind))
-        return " or ".join(dict.fromkeys(filter(None, (expected_input(part, table) for part in parts))))
-    words = {int: "a whole number", str: "a text in quotes", bool: "true or false", float: "a number"}
-    if kind in words:
-        return words[kind] + _bounds(place.metadata)
-    if kind is dict or get_origin(kind) is dict:
-        return f"a table [{table}]"
-    if get_origin(kind) in (list, tuple):
-        items = get_args(kind)
-        fixed = get_origin(kind) is tuple and ... not in items
-        return f"a list of {len(items)} entries" if fixed else "a list"
-    return ""
 
 
 def _bounds(metadata: tuple[Any, ...]) -> str:
