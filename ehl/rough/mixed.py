@@ -160,7 +160,8 @@ def worn(profile: RoughProfile, rms: float) -> RoughProfile:
     heights = np.minimum(profile.heights, level)
     depths = [f"{1e9 * depth:.0f} nm" for depth in (high - level, float(np.mean(profile.heights - heights)))]
     note = f"running-in: peaks worn by up to {depths[0]}, {depths[1]} in the mean"
-    return RoughProfile.of(heights, profile.spacing, cutoff=profile.cutoff, source=profile.source, notes=(note,))
+    found = RoughProfile.of(heights, profile.spacing, cutoff=profile.cutoff)
+    return replace(found, source=profile.source, notes=(note,))
 
 
 # tuned with validation/mixed_shortcuts.py: shortest wave of a self-affine profile over lc; shorter ones change mu by
