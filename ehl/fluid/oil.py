@@ -23,7 +23,7 @@ from ehl.common.validation import InputModel, load_shipped, read_toml, validate
 from ehl.fluid import oil_alpha, oil_laws, oil_sheet
 from ehl.fluid.density import density_at
 from ehl.fluid.lubricant import ASSUMED_CONDUCTIVITY, CONDUCTIVITY_OF_BASE, FilmConductivity, Lubricant
-from ehl.fluid.oil_family import FAMILIES, SHEAR_MODULUS, check_viscosities, generic_card, generic_name
+from ehl.fluid.oil_family import OIL_FAMILIES, SHEAR_MODULUS, check_viscosities, generic_card, generic_name
 from ehl.fluid.pressure_viscosity import AlphaDefinition
 from ehl.fluid.rheology import LinearStress, RisingStress
 from ehl.fluid.viscosity import TEMPERATURE_RANGE, Temperature, WaltherViscosity, walther_1931, walther_slope
@@ -258,7 +258,7 @@ class Oil(InputModel, Reportable):
         """tau_L0 [Pa] and Lambda [-] of the card or its base oil."""
         if self.limiting_shear_coefficient is not None:
             return self.limiting_shear_ambient or 0.0, self.limiting_shear_coefficient
-        return self.limiting_shear_ambient or 0.0, FAMILIES[self.base].limit_slope
+        return self.limiting_shear_ambient or 0.0, OIL_FAMILIES[self.base].limit_slope
 
     def varied(self, **deviations: float) -> Oil:
         """The card with inputs shifted by multiples of the standard deviations in `uncertainty`.
@@ -358,7 +358,7 @@ class Oil(InputModel, Reportable):
         stress: float | LinearStress = (
             factors.eyring_stress * self.eyring_stress
             if self.eyring_stress is not None
-            else FAMILIES[self.base].eyring_stress(temperature).scaled(factors.eyring_stress)
+            else OIL_FAMILIES[self.base].eyring_stress(temperature).scaled(factors.eyring_stress)
         )
         if isinstance(law, WaltherViscosity):
             figures: dict[str, Any] = {
