@@ -25,6 +25,12 @@ def data_path(*parts: str) -> Path:
     return _ROOT.joinpath(*parts)
 
 
+def data_rows(*parts: str) -> list[dict[str, str]]:
+    """Rows of a shipped CSV file by their heads, without comments; `parts` as for `data_path`."""
+    lines = data_path(*parts).read_text(encoding="utf-8").splitlines()
+    return list(csv.DictReader(line for line in lines if not line.startswith(("#", '"#'))))
+
+
 @cache
 def data_names(folder: str, suffix: str = ".toml") -> tuple[str, ...]:
     """Names (without suffix) of the shipped files in one data folder, sorted."""
@@ -86,8 +92,7 @@ def named_file(field: str, folder: str, name: str | Path, suffix: str = ".toml")
 
 @cache
 def _sentences() -> Mapping[str, str]:
-    with data_path("reasons.csv").open(encoding="utf-8", newline="") as file:
-        return {row["reason"]: row["sentence"] for row in csv.DictReader(file)}
+    return {row["reason"]: row["sentence"] for row in data_rows("reasons.csv")}
 
 
 def reason_text(reason: str) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Sequence
 from functools import cache, partial
 from pathlib import Path
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ehl.common.data import data_path
+from ehl.common.data import data_rows
 from ehl.common.errors import InputError
 from ehl.common.figures import BLUE, GREY, ORANGE, axes_or_new
 from ehl.common.files import toml_text, write_file
@@ -79,8 +78,7 @@ def sheet(oil: Oil, temperatures: Sequence[float]) -> dict[str, Any]:
 def source_points() -> dict[str, list[tuple[float, float, float]]]:
     """Temperature [K], pressure [Pa] and viscosity [Pa s] by the law in the source of a card, for cards with one."""
     found: dict[str, list[tuple[float, float, float]]] = {}
-    text = data_path("reference", "oil_points.csv").read_text(encoding="utf-8")
-    for row in csv.DictReader(line for line in text.splitlines() if not line.startswith("#")):
+    for row in data_rows("reference", "oil_points.csv"):
         celsius, gigapascal, viscosity = (float(value) for value in list(row.values())[1:])
         found.setdefault(row["card"], []).append((celsius + KELVIN, 1e9 * gigapascal, 1e-3 * viscosity))
     return found

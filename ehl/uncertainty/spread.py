@@ -7,7 +7,6 @@ The table was computed by `validation/input_sensitivities.py`: means over solved
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -18,7 +17,7 @@ import numpy as np
 from pydantic import PrivateAttr
 
 from ehl.common.arrays import FloatArray
-from ehl.common.data import data_path
+from ehl.common.data import data_rows
 from ehl.common.errors import InputError
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel
@@ -35,10 +34,9 @@ FILM_TO_SHARE = "boundary_film_share"  # slopes of the logit of the asperity loa
 def _slopes() -> dict[str, tuple[FloatArray, FloatArray, FloatArray]]:
     """For each input: ln of the film ratios, slopes of ln mu below and above the value."""
     rows: dict[str, list[tuple[float, ...]]] = {}
-    with data_path(FILE).open(encoding="utf-8", newline="") as file:
-        for row in csv.DictReader(file):
-            numbers = tuple(float(row[name]) for name in ("film_ratio", "slope_below", "slope_above"))
-            rows.setdefault(row["input"], []).append(numbers)
+    for row in data_rows(FILE):
+        numbers = tuple(float(row[name]) for name in ("film_ratio", "slope_below", "slope_above"))
+        rows.setdefault(row["input"], []).append(numbers)
     columns = {name: np.array(sorted(found)).T for name, found in rows.items()}
     return {name: (np.log(ratios), below, above) for name, (ratios, below, above) in columns.items()}
 
