@@ -156,8 +156,7 @@ def card_content(card: Oil) -> dict[str, Any]:
 
 def card_text(card: Oil, head: str) -> str:
     """The card as TOML in SI units; `head` is a comment in the first line."""
-    content = card_content(card)
-    return f"# {head}; numbers in SI units.\n" + toml_text(content)
+    return f"# {head}; numbers in SI units.\n" + toml_text(card_content(card))
 
 
 def write_card(card: Oil, path: Path, head: str) -> None:
