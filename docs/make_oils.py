@@ -13,7 +13,7 @@ import numpy as np
 
 import ehl
 from ehl.common.data import data_path
-from ehl.fluid.oil_family import FAMILIES
+from ehl.fluid.oil_family import OIL_FAMILIES
 from ehl.fluid.oil_sheet import PRESSURES, TEMPERATURES, plot_oil
 
 FOLDER = Path(__file__).parent / "oil_cards"
@@ -81,7 +81,7 @@ def spread(oil: ehl.Oil, name: str) -> tuple[ehl.Oil, ehl.Oil, ehl.Oil]:
 def page(oil: ehl.Oil) -> str:
     """Text of the page of an oil."""
     sheet, known = oil.to_dict("40, 80, 100 degC"), oil.uncertainty
-    family = FAMILIES[oil.base]
+    family = OIL_FAMILIES[oil.base]
     lines = [
         "---",
         "orphan: true",

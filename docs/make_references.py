@@ -7,13 +7,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ehl.common.references import all_references, line
+from ehl.common.data import all_references, reference_line
 
 
 def write() -> None:
     """Write the page."""
     rows = [
-        f"{number}. {line(entry)} *{', '.join(entry['uses'])}*"
+        f"{number}. {reference_line(entry)} *{', '.join(entry['uses'])}*"
         for number, entry in enumerate(all_references().values(), 1)
     ]
     page = "\n".join(["---", "orphan: true", "---", "", "# References", "", *rows]) + "\n"

@@ -1,7 +1,5 @@
 """Commands of one contact, its oil and its roughness: `solve`, `oil`, `profile`."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated, Any
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import difflib
 import inspect
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal, Self, TypedDict, Unpack, cast
 from pydantic import ValidationError, model_validator
 
 from ehl import inputs as case_inputs
-from ehl.common.errors import InputError
+from ehl.common.errors import InputError, near
 from ehl.common.validation import InputModel, input_error, read_toml
 from ehl.fluid.lubricant_inputs import DirectLubricant, LubricantInput, OilLubricant
 from ehl.fluid.oil import Oil
@@ -467,9 +466,7 @@ def _tables(values: Mapping[str, Any], names: Mapping[str, Any]) -> tuple[dict[s
         if name in names:
             continue
         if name not in KEYWORDS:
-            close = difflib.get_close_matches(name, [*KEYWORDS, *names], n=3)
-            known = f"Did you mean {' or '.join(close)}?" if close else ""
-            raise InputError(name, value, "only the documented inputs of a contact", known)
+            raise InputError(name, value, "only the documented inputs of a contact", near(name, [*KEYWORDS, *names]))
         table, key = KEYWORDS[name]
         if (other := written.get(f"{table}.{key}")) is not None:
             raise InputError(name, value, f"not together with {other}")

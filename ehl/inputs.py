@@ -13,16 +13,7 @@ from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.viscosity import Temperature
 from ehl.line_contact import LineContact
 from ehl.material import Material
-from ehl.surface.finish import (
-    DEFAULT_ADDITIVE,
-    SHORTEST_LENGTH,
-    Additive,
-    Finish,
-    State,
-    default_correlation_length,
-    lay_seen,
-    printed_correlation_length,
-)
+from ehl.surface import finish as finishes
 
 Radius = Annotated[float, ValueRange("m", ge=1e-4, le=10.0)]
 Modulus = Annotated[float, ValueRange("Pa", ge=1e9, le=2e12)]
@@ -138,11 +129,11 @@ class SurfaceInput(InputModel):
     cutoff_short: Length = 2.5e-6
     cutoff_long: Annotated[float, ValueRange("m", ge=1e-5, le=0.1)] | None = 8e-4
     finish: Annotated[str | None, in_any_case("finishes")] = None
-    finish_state: State = "run_in"
-    additive: Annotated[str, in_any_case("additives")] = DEFAULT_ADDITIVE
+    finish_state: finishes.State = "run_in"
+    additive: Annotated[str, in_any_case("additives")] = finishes.DEFAULT_ADDITIVE
     spectrum: Literal["gaussian", "self_affine"] = "gaussian"
     hurst_exponent: Annotated[float, ValueRange("", ge=0.1, le=0.95)] = 0.85
-    correlation_length: Length = SHORTEST_LENGTH
+    correlation_length: Length = finishes.SHORTEST_LENGTH
     skewness: Annotated[float, ValueRange("", ge=-3.0, le=3.0)] = 0.0
     kurtosis: Annotated[float, ValueRange("", ge=1.5, le=20.0)] = 3.0
     lay_angle: Annotated[float, ValueRange("rad", ge=-1.571, le=1.571)] = 0.0
@@ -177,7 +168,7 @@ class SurfaceInput(InputModel):
                 raise InputError("rdq", values["rdq"], "rdq together with Rq of the surfaces")
             rms = math.sqrt(sum(value**2 for value in rough) / max(len(rough), 1))
             found = {name: value for name, value in found.items() if name not in PRINTED}
-            found["correlation_length"] = printed_correlation_length(rms, **printed)
+            found["correlation_length"] = finishes.printed_correlation_length(rms, **printed)
         if "running_in" in found:
             worn = found["running_in"]
             none = worn is None or (isinstance(worn, str) and worn.strip().lower() == "none")
@@ -196,7 +187,7 @@ class SurfaceInput(InputModel):
     @model_validator(mode="after")
     def _fill(self) -> Self:
         # defaults are not marked as given, so that the correlation length follows a changed Rq
-        for name, value in self._unsaid().items():
+        for name, value in self._defaults().items():
             if name not in self.model_fields_set:
                 self.__dict__[name] = value
         rough = max(self.roughness_rms_1, self.roughness_rms_2)
@@ -205,22 +196,20 @@ class SurfaceInput(InputModel):
             raise InputError("running_in", f"{self.running_in * 1e6:.3g} um", allowed)
         return self
 
-    def _unsaid(self) -> dict[str, Any]:
+    def _defaults(self) -> dict[str, Any]:
         """Default values from finish, additive and Rq."""
-        values: dict[str, Any] = {"boundary_friction": Additive.load(self.additive).boundary_friction.value}
+        values: dict[str, Any] = {"boundary_friction": finishes.Additive.load(self.additive).boundary_friction.value}
         if self.finish is None:
-            return values | {
-                "correlation_length": float(default_correlation_length(self.roughness_rms_1, self.roughness_rms_2)),
-                "kurtosis": kurtosis_of(self.skewness),
-            }
-        finish = Finish.load(self.finish, self.finish_state)
+            length = finishes.default_correlation_length(self.roughness_rms_1, self.roughness_rms_2)
+            return values | {"correlation_length": float(length), "kurtosis": kurtosis_of(self.skewness)}
+        finish = finishes.Finish.load(self.finish, self.finish_state)
         for rms, path in (("roughness_rms_1", self.profile_1), ("roughness_rms_2", self.profile_2)):
             if rms not in self.model_fields_set and path is None:
                 self.__dict__[rms] = values[rms] = finish.roughness_rms.value
         skewness = self.skewness if "skewness" in self.model_fields_set else finish.skewness.value
         each = [rms for rms in (self.roughness_rms_1, self.roughness_rms_2) if rms > 0.0]
         own = finish.length_at(math.hypot(*each) / math.sqrt(len(each) or 1.0))
-        length, gamma = lay_seen(float(own), finish.lay_ratio.value, self.lay_angle)
+        length, gamma = finishes.lay_seen(float(own), finish.lay_ratio.value, self.lay_angle)
         return values | {
             "correlation_length": float(length),
             "skewness": skewness,
@@ -236,11 +225,11 @@ class SurfaceInput(InputModel):
     @property
     def film_of_contact(self) -> float:
         """h_boundary: the given boundary film, or that of the additive [m]."""
-        return self.boundary_film or Additive.load(self.additive).boundary_film.value
+        return self.boundary_film or finishes.Additive.load(self.additive).boundary_film.value
 
     @property
     def profile_reading(self) -> dict[str, Any]:
-        """Options of `ehl.surface.measured_profile.load_profile` for measured profiles."""
+        """Options of `ehl.surface.measured_surface.load_profile` for measured profiles."""
         return {
             "unit_x": self.profile_unit_x,
             "unit_height": self.profile_unit_height,

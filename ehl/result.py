@@ -181,8 +181,8 @@ class ContactResult(Reportable):
         """Scalar results in SI units for JSON; values that are not finite become None."""
         names = (item.name for item in fields(self) if item.name not in _NOT_SCALAR)
         values = {name: finite_or_none(getattr(self, name)) for name in names}
-        said = [reason_text(self.reason), *self.notes] if self.reason else list(self.notes)
-        return values | {"skipped": list(self.skipped), "notes": said}
+        sentences = [reason_text(self.reason), *self.notes] if self.reason else list(self.notes)
+        return values | {"skipped": list(self.skipped), "notes": sentences}
 
     def to_frame(self) -> DataFrame:
         """One row of operating point and results in SI units."""

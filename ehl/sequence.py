@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -12,9 +12,8 @@ import numpy as np
 
 from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.errors import InputError, MixedEhlError
-from ehl.common.pages import TableResult
+from ehl.common.pages import TableResult, Tabular
 from ehl.common.table import Table
-from ehl.common.tabular import Tabular
 from ehl.common.validation import validate
 from ehl.contact import Contact
 from ehl.fluid.lubricant import Lubricant
@@ -218,42 +217,37 @@ def _problems(
     bodies: tuple[Material, Material],
 ) -> tuple[Callable[[int], ContactProblem], int]:
     """Function that returns the problem of one contact or raises InputError, and the number of contacts."""
-    if not isinstance(contacts, ContactState):
-        given: tuple[Any, ...] = tuple(contacts)
-        if not all(isinstance(contact, (Contact, LineContact)) for contact in given):
-            allowed = "a sequence of Contact or LineContact, or a ContactState"
-            raise InputError("contacts", type(given[0]).__name__, allowed)
-        contacts = given
-    count = contacts.size if isinstance(contacts, ContactState) else len(contacts)
-    if isinstance(lubricant, Sequence) and len(lubricant) != count:
-        raise InputError("lubricant", f"{len(lubricant)} lubricants", f"one for each of the {count} contacts")
-    if isinstance(lubricant, Oil) and not isinstance(contacts, ContactState):
-        raise InputError(
-            "lubricant", lubricant.name, "a Lubricant", "An Oil requires a ContactState with temperatures."
-        )
+    state = contacts if isinstance(contacts, ContactState) else None
+    given: tuple[Any, ...] = tuple(_lines(contacts) if isinstance(contacts, ContactState) else contacts)
+    if not all(isinstance(contact, (Contact, LineContact)) for contact in given):
+        raise InputError("contacts", type(given[0]).__name__, "a sequence of Contact or LineContact, or a ContactState")
+    if isinstance(lubricant, Sequence) and len(lubricant) != len(given):
+        raise InputError("lubricant", f"{len(lubricant)} lubricants", f"one for each of the {len(given)} contacts")
+    if isinstance(lubricant, Oil) and state is None:
+        hint = "An Oil requires a ContactState with temperatures."
+        raise InputError("lubricant", lubricant.name, "a Lubricant", hint)
 
     def problem_of(at: int) -> ContactProblem:
-        if not isinstance(contacts, ContactState) and isinstance(contact := contacts[at], Contact):
+        contact, rough = given[at], surface
+        if isinstance(contact, Contact):
             return contact.problem()
         if lubricant is None:
             raise InputError("lubricant", None, "an Oil or a Lubricant with a state or line contacts")
-        if isinstance(lubricant, Oil):
-            assert isinstance(contacts, ContactState)
-            oil = lubricant.at(float(contacts.temperature_oil.flat[at]))
-        else:
-            oil = lubricant if isinstance(lubricant, Lubricant) else lubricant[at]
-        rough = surface
-        if isinstance(contacts, ContactState):
-            line = LineContact.from_pressure(**{name: float(getattr(contacts, name).flat[at]) for name in MOTION})
-            if not surface.measured:
-                rms = {name: float(getattr(contacts, name).flat[at]) for name in EACH_RMS}
-                rough = validate(SurfaceInput, surface.model_dump(exclude_unset=True) | rms)
-        else:
-            assert isinstance(contact, LineContact)
-            line = contact
-        return ContactProblem(_checked(line), oil, rough, model, bodies, (oil.temperature, oil.temperature))
+        oil: Any = lubricant[at] if isinstance(lubricant, Sequence) else lubricant
+        if state is not None and isinstance(oil, Oil):
+            oil = oil.at(float(state.temperature_oil.flat[at]))
+        if state is not None and not surface.measured:
+            rms = {name: float(getattr(state, name).flat[at]) for name in EACH_RMS}
+            rough = validate(SurfaceInput, surface.model_dump(exclude_unset=True) | rms)
+        return ContactProblem(_checked(contact), oil, rough, model, bodies, (oil.temperature, oil.temperature))
 
-    return problem_of, count
+    return problem_of, len(given)
+
+
+def _lines(state: ContactState) -> Iterator[LineContact]:
+    """Line contact of each point."""
+    for point in zip(*(getattr(state, name).ravel().tolist() for name in MOTION), strict=True):
+        yield LineContact.from_pressure(**dict(zip(MOTION, point, strict=True)))
 
 
 def _checked(line: LineContact) -> LineContact:

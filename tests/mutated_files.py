@@ -41,7 +41,7 @@ from ehl.common.validation import read_toml, validate
 from ehl.fluid.oil import Oil
 from ehl.material import Material
 from ehl.surface.finish import Additive, _FinishFile
-from ehl.surface.measured_profile import load_profile
+from ehl.surface.measured_surface import load_profile
 from regression.calibration.calibrate import setup_of
 from regression.calibration.measurement import read_measurement
 from regression.data.result_files import merge, read_file

@@ -76,7 +76,7 @@ AREAS: dict[str, tuple[dict[str, str], tuple[str, ...]]] = {
             "ehl/uncertainty/result.py": "score_of combined ends of groups",
             "ehl/uncertainty/spread.py": "stated_change of_figure below known shift at none spread lateral_spread",
             "ehl/uncertainty/contact_design.py": "",
-            "ehl/fluid/oil_uncertainty.py": "standard_uncertainty",
+            "ehl/fluid/oil_laws.py": "standard_uncertainty",
             "ehl/surface/finish.py": "_given scaled sigma surface_uncertainty",
             "regression/friction/uncertainty.py": "",
         },

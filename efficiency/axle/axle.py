@@ -7,12 +7,13 @@ import math
 from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any, Literal, get_args
 
 import numpy as np
 from scipy.interpolate import RegularGridInterpolator
+from scipy.optimize import brentq
 
 from efficiency.axle.axle_input import AxleInput, MethodsInput, ShaftInput, load_axle
 from efficiency.axle.bearings import BEARING_METHODS, BearingState, bearing_limits
@@ -34,7 +35,6 @@ from efficiency.vehicle.loss_map import signed_axes, uses_of
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError
 from ehl.common.quantities import quantity
-from ehl.common.roots import bracketed_root
 from ehl.common.threads import one_thread
 from ehl.common.validation import validate
 from ehl.fluid.oil import Oil
@@ -372,6 +372,7 @@ class Axle:
         """
         loads = self._loads_at(DutyRow(torque, speed, 0.0, 0.0))
 
+        @cache  # the bracket is evaluated again by the search
         def left(kelvin: float) -> float:
             row = DutyRow(torque, speed, kelvin, 0.0)
             mesh = self._mesh_loss(row, friction, interval=False)
@@ -390,11 +391,11 @@ class Axle:
             )
             raise ConvergenceError("no_heat_balance", detail)
         while excess < 0.0 and place > low:
-            above = place, excess
+            before = place, excess
             place = max(low, place + _LONGER * excess / slope)
             excess = left(place)
-            slope = max((excess - above[1]) / (above[0] - place), 0.1 * slope)
-        return bracketed_root(left, (place, excess), above, BALANCED) if excess > 0.0 else place
+            slope = max((excess - before[1]) / (before[0] - place), 0.1 * slope)
+        return float(brentq(left, place, before[0], xtol=BALANCED)) if excess > 0.0 else place
 
     def _wrench(self, side: Side, torque: float) -> FloatArray:
         """Mean mesh force and moment on both shafts (2, 6) [N], [N m], at a pinion torque above zero."""

@@ -6,7 +6,6 @@ constants: two independent public transcriptions of its tables 2 and 4, which ag
 loss factor, which differ by less than 25 %.
 """
 
-import csv
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,10 +14,10 @@ from typing import Annotated, Literal, Self
 
 import numpy as np
 from pydantic import model_validator
+from scipy.optimize import brentq
 
-from ehl.common.data import data_path
+from ehl.common.data import data_rows
 from ehl.common.errors import InputError, check_choice
-from ehl.common.roots import bracketed_root
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel, Name
 
@@ -43,10 +42,9 @@ _MOST = 700.0  # exponents beyond it are zero in double precision
 def skf_series() -> dict[str, dict[str, tuple[float, ...]]]:
     """R1, R2, S1, S2 of the SKF model by type and series, from `data/skf_bearings.csv`."""
     found: dict[str, dict[str, tuple[float, ...]]] = {}
-    with data_path("skf_bearings.csv").open(encoding="utf-8", newline="") as file:
-        for row in csv.DictReader(file):
-            constants = tuple(float(row[name]) for name in ("R1", "R2", "S1", "S2"))
-            found.setdefault(row["type"], {})[row["series"]] = constants
+    for row in data_rows("skf_bearings.csv"):
+        constants = tuple(float(row[name]) for name in ("R1", "R2", "S1", "S2"))
+        found.setdefault(row["type"], {})[row["series"]] = constants
     return found
 
 
@@ -223,8 +221,7 @@ def rolling_range(bearing: BearingInput, at: BearingState) -> float:
         return float(0.6 - starvation * nu - 0.64 * shear * nu**0.64 / (1.0 + shear * nu**0.64))
 
     nu = 1e6 * at.viscosity
-    end = growth(nu)
-    return math.inf if end >= 0.0 else 1e-6 * bracketed_root(growth, (0.0, 0.6), (nu, end))
+    return math.inf if growth(nu) >= 0.0 else 1e-6 * float(brentq(growth, 0.0, nu))
 
 
 def _thick_oil(bearing: BearingInput, at: BearingState) -> tuple[float, float]:

@@ -25,10 +25,9 @@ from efficiency.loss.power_loss import efficiency_of
 from ehl.common.arrays import FloatArray, finite_or_none
 from ehl.common.data import reason_text
 from ehl.common.errors import ConvergenceError
-from ehl.common.pages import Reportable, StatusOfReason
+from ehl.common.pages import Reportable, StatusOfReason, Tabular
 from ehl.common.progress import ProgressCallback, progress_to, report_progress
 from ehl.common.table import Table
-from ehl.common.tabular import Tabular
 
 if TYPE_CHECKING:
     import pandas

@@ -26,12 +26,11 @@ from efficiency.output.tables import outside_note
 from ehl.common.arrays import FloatArray, finite_or_none
 from ehl.common.errors import ConvergenceError, InputError, check_choice
 from ehl.common.files import write_file
-from ehl.common.pages import TableResult
+from ehl.common.pages import TableResult, Tabular
 from ehl.common.quantities import quantity
 from ehl.common.sections import Head, Medium, Notes, Section
 from ehl.common.table import Table
 from ehl.common.table_reader import read_table
-from ehl.common.tabular import Tabular
 from ehl.common.units import ValueRange
 from regression.friction.published_registry import model_label
 

@@ -3,8 +3,6 @@
 Apart from the public names, a command line imports this module only.
 """
 
-from __future__ import annotations
-
 import contextlib
 import errno
 import gc
@@ -35,6 +33,7 @@ from ehl.common.errors import InputError, MixedEhlError, near
 from ehl.common.files import FIGURE, PAGE, make_folder, write_file
 from ehl.common.progress import Progress, duration, progress_to
 from ehl.common.terminal import print_text as print_text
+from ehl.common.terminal import wrapped
 from ehl.common.units import is_list as is_list
 from ehl.common.version import __version__
 
@@ -366,9 +365,6 @@ def check_outputs(outputs: Mapping[str, Path | None], folders: Collection[str] =
         folder = path.parent
         while not os.path.lexists(folder):
             folder = folder.parent
-        if not os.path.isdir(folder):
-            expected = "a path whose folders exist or can be created"
-            raise InputError(field, str(path), expected, f"{folder} is not a folder.")
         if os.path.exists(path) and not os.access(path, os.W_OK):
             raise InputError(field, str(path), f"a {kind} that can be written", "Check its permissions.")
         if os.path.lexists(path):  # a new file is made next to an old one, in an old folder
@@ -424,7 +420,7 @@ NOTHING_KEPT = "no results are stored; the same command starts again"
 class ProgressDisplay:
     """Display of the elapsed time of a computation, its progress and the estimated time left.
 
-    A terminal has one line with a bar (rich) that is updated; other streams get a line after `FIRST_DISPLAY` and then
+    A terminal has one line (rich) that is updated; other streams get a line after `FIRST_DISPLAY` and then
     every `LINE_EVERY`.
 
     what: name of the computation.
@@ -437,7 +433,7 @@ class ProgressDisplay:
         self.begins: dict[str, float] = {}
         self.next = self.begin + FIRST_DISPLAY
         self.state, self.reported = Progress("", 0, 0), self.begin
-        self._bar: Any = None
+        self._line: Any = None
 
     def update(self, state: Progress) -> None:
         """Set the state of the computation."""
@@ -471,21 +467,12 @@ class ProgressDisplay:
         if self.clock() < self.next:
             return
         if self.stream.isatty():
-            if self._bar is None:
+            if self._line is None:
                 from rich.console import Console
-                from rich.progress import BarColumn, TextColumn
-                from rich.progress import Progress as Bar
 
-                columns = (TextColumn("{task.description}", markup=False), BarColumn())
-                self._bar = Bar(*columns, console=Console(file=self.stream), transient=True)
-                self._bar.add_task(self.what, total=None)
-                self._bar.start()
-            self._bar.update(
-                self._bar.task_ids[0],
-                description=self.text(),
-                completed=self.state.done,
-                total=self.state.total or None,
-            )
+                self._line = Console(file=self.stream).status("")
+                self._line.start()
+            self._line.update(wrapped(self.text()))
         else:
             self.stream.write(f"mixed-ehl: {self.text()}\n")
             self.stream.flush()
@@ -493,8 +480,8 @@ class ProgressDisplay:
 
     def clear(self) -> None:
         """Remove the line from a terminal."""
-        if self._bar is not None:
-            self._bar.stop()
+        if self._line is not None:
+            self._line.stop()
 
 
 @contextmanager

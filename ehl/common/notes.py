@@ -65,15 +65,15 @@ CONTACT_NOTES: tuple[NoteKind, ...] = (
 """Kinds of notes on one contact; others count as warnings."""
 
 
-def group_notes(said: Iterable[tuple[str, str]], kinds: Sequence[NoteKind] = CONTACT_NOTES) -> list[Note]:
+def group_notes(sentences: Iterable[tuple[str, str]], kinds: Sequence[NoteKind] = CONTACT_NOTES) -> list[Note]:
     """One note for each kind, sorted by grade, then by the order of `kinds`, then by frequency.
 
-    said: case and sentence; the case is empty if there is only one.
+    sentences: case and sentence; the case is empty if there is only one.
     kinds: kinds of notes by importance. A sentence is of the first kind whose phrase it contains. Sentences without a
         kind are grouped by their words and follow the others of their grade.
     """
     groups: dict[str, list[tuple[str, str]]] = {}
-    for case, text in said:
+    for case, text in sentences:
         kind = _kind(text, kinds)
         words = kind.words if kind is not None else _NUMBER.sub("#", _PLACE.sub("", text))
         groups.setdefault(words, []).append((case, text))

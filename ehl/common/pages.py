@@ -8,28 +8,30 @@ import platform
 import re
 from collections.abc import Callable, Iterator, Sequence
 from importlib import import_module
+from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from ehl.common.data import Citation
 from ehl.common.errors import InputError
 from ehl.common.figures import figure_of, interactive, own_style, printable, quiet_about_names, save_figure
-from ehl.common.files import FIGURE, PAGE, make_folder, write_file
+from ehl.common.files import FIGURE, PAGE, make_folder, replacing, write_file
 from ehl.common.notes import notes_table, print_notes
-from ehl.common.quantities import typeset_units
-from ehl.common.references import Citation
+from ehl.common.quantities import quantities
 from ehl.common.sections import Code, Folded, Head, Item, MainResult, Medium, Notes, Picture, Row, Section, Text
-from ehl.common.table import Cell, Table
+from ehl.common.table import Cell, Table, html_template
 from ehl.common.terminal import print_text
 from ehl.common.version import __version__
 
 if TYPE_CHECKING:
     import pandas as pd
+    import xarray
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from xlsxwriter.format import Format
     from xlsxwriter.workbook import Workbook
 
-_MAX_SHEET_WIDTH, _MAX_SHEET_NAME = 60, 31
+_MAX_SHEET_WIDTH, _MAX_SHEET_NAME = 425, 31  # of a column [pixel]; of the name of a sheet [characters]
 _ASIDE = re.compile(r"<metadata>.*?</metadata>\s*|<!--.*?-->\s*", re.DOTALL)
 _ID, _REFERENCE = re.compile(r' id="([^"]*)"'), re.compile(r'(?:url\(|href=")#([^)"]+)')
 
@@ -214,6 +216,65 @@ class TableResult(Reportable):
         return self.table().to_frame()
 
 
+def _si_units(frame: pd.DataFrame) -> dict[str, str]:
+    """SI unit of each column that has one."""
+    known = quantities()
+    return {name: known[name].unit for name in map(str, frame.columns) if name in known and known[name].unit}
+
+
+def _required(package: str) -> InputError:
+    hint = "Install it with: pip install 'mixed-ehl[tables]'. CSV and XLSX require no extra."
+    return InputError("package", package, "an installed package", hint)
+
+
+class Tabular:
+    """A result with one row per point or case, for programs that read xarray or Parquet (extra `tables`)."""
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row per point, SI units."""
+        raise NotImplementedError
+
+    def _dimensions(self) -> tuple[str, ...]:
+        """Columns that are the axes; without any, the rows are one dimension, `case`."""
+        return ()
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The result over its axes, with SI units as the attribute `units` of each variable.
+
+        Raises
+        ------
+        InputError
+            The package xarray is not installed.
+        """
+        frame, axes = self.to_frame(), list(self._dimensions())
+        try:
+            found: xarray.Dataset = (frame.set_index(axes) if axes else frame.rename_axis("case")).to_xarray()
+        except ImportError:
+            raise _required("xarray") from None
+        for name, unit in _si_units(frame).items():
+            found[name].attrs["units"] = unit
+        return found
+
+    def to_parquet(self, path: str | PathLike[str]) -> None:
+        """Write the rows as a Parquet file, with the SI unit in the metadata of each column.
+
+        Raises
+        ------
+        InputError
+            The package pyarrow is not installed, or the file cannot be written.
+        """
+        try:
+            import pyarrow
+            from pyarrow import parquet
+        except ImportError:
+            raise _required("pyarrow") from None
+        frame = self.to_frame()
+        table, units = pyarrow.Table.from_pandas(frame, preserve_index=False), _si_units(frame)
+        fields = [field.with_metadata({"unit": units.get(field.name, "")}) for field in table.schema]
+        with replacing(Path(path), "parquet") as draft:
+            parquet.write_table(table.cast(pyarrow.schema(fields, metadata=table.schema.metadata)), draft)
+
+
 def inner_items(items: Sequence[Item]) -> Iterator[Item]:
     """Items in reading order, including those of rows and folded parts."""
     for item in items:
@@ -268,20 +329,9 @@ def write_page(path: Path, sections: Sequence[Section]) -> Path:
 
     Raises `InputError`: the file cannot be written.
     """
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
-    environment = Environment(
-        loader=PackageLoader("ehl.common"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters["typeset"] = typeset_units
-    environment.filters["svg"] = picture_svg
     head = head_of(sections)
     footer = f"mixed-ehl {__version__}, Python {platform.python_version()}. {head.footer}".strip()
-    page = environment.get_template("report.html").render(head=head, sections=sections, footer=footer)
+    page = html_template("report.html").render(head=head, sections=sections, footer=footer, svg=picture_svg)
     write_file(path, page, "report")
     return path
 
@@ -338,7 +388,8 @@ def write_workbook(path: Path, sections: Sequence[Section]) -> Path:
 
     tables, title = tables_of(sections), head_of(sections).title
     content = io.BytesIO()
-    book = xlsxwriter.Workbook(content, {"nan_inf_to_errors": False, "strings_to_numbers": False})
+    # texts stay texts
+    book = xlsxwriter.Workbook(content, {"strings_to_formulas": False, "strings_to_urls": False})
     bold = book.add_format({"bold": True, "bottom": 1, "text_wrap": True, "valign": "top"})
     book.set_properties({"title": title, "comments": f"mixed-ehl {__version__}"})
     names = _sheet_names(tables)
@@ -358,24 +409,13 @@ def write_workbook(path: Path, sections: Sequence[Section]) -> Path:
 def _add_sheet(book: Workbook, name: str, head: Sequence[str], rows: Sequence[Sequence[Cell]], bold: Format) -> None:
     sheet = book.add_worksheet(name)
     if head:
-        for i, text in enumerate(head):
-            sheet.write_string(0, i, text, bold)
+        sheet.write_row(0, 0, head, bold)
         sheet.freeze_panes(1, 0)
         if rows:
             sheet.autofilter(0, 0, len(rows), len(head) - 1)
-    widths = [max(12, len(text) // 2 + 4) for text in head] or [12, 12]
     for number, row in enumerate(rows, start=bool(head)):
-        for i, value in enumerate(row):
-            if isinstance(value, str):
-                sheet.write_string(number, i, value)
-                if number < 200:
-                    widths[i] = max(widths[i], len(value))
-            elif isinstance(value, bool):
-                sheet.write_boolean(number, i, value)
-            elif value is not None:
-                sheet.write_number(number, i, value)
-    for i, width in enumerate(widths):
-        sheet.set_column(i, i, min(_MAX_SHEET_WIDTH, width))
+        sheet.write_row(number, 0, row)
+    sheet.autofit(_MAX_SHEET_WIDTH)
     sheet.set_landscape()
     sheet.repeat_rows(0)
 

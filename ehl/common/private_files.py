@@ -10,6 +10,9 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TypeVar
 
+from ehl.common.errors import InputError
+from ehl.common.files import write_file
+
 T = TypeVar("T")
 
 # number of cached results of one kind; the least recently used are removed
@@ -105,8 +108,10 @@ def kept(kind: str, key: str, make: Callable[[], T]) -> T:
             return found
     result = make()
     content = pickle.dumps(result, pickle.HIGHEST_PROTOCOL)
-    with suppress(OSError):  # disk full: the result is computed again next time
-        _replace(path, hashlib.sha256(content).digest() + content)
+    with suppress(InputError, OSError):  # disk full: the result is computed again next time
+        write_file(path, hashlib.sha256(content).digest() + content)
+        for entry in sorted(path.parent.iterdir(), key=lambda entry: entry.stat().st_mtime)[:-ENTRIES]:
+            entry.unlink(missing_ok=True)
     return result
 
 
@@ -120,18 +125,3 @@ def _own_content(path: Path) -> bytes:
         found = os.fstat(number)
         user = os.getuid() if hasattr(os, "getuid") else found.st_uid
         return file.read() if stat.S_ISREG(found.st_mode) and found.st_uid == user else b""
-
-
-def _replace(path: Path, content: bytes) -> None:
-    """Write a file under a temporary name, rename it, and remove the least recently used files of its folder."""
-    number, draft = tempfile.mkstemp(dir=path.parent)
-    try:
-        with open(number, "wb") as file:
-            file.write(content)
-        os.replace(draft, path)
-    except OSError:
-        os.unlink(draft)
-        raise
-    entries = sorted(path.parent.iterdir(), key=lambda entry: entry.stat().st_mtime)
-    for entry in entries[:-ENTRIES]:
-        entry.unlink(missing_ok=True)

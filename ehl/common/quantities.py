@@ -3,7 +3,6 @@
 Table heads, plot axes, units in files and the page docs/nomenclature.md use them.
 """
 
-import csv
 import math
 import re
 from collections.abc import Callable, Iterable, Mapping
@@ -11,7 +10,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-from ehl.common.data import data_path
+from ehl.common.data import data_rows
 from ehl.common.units import UNITS
 
 _TYPOGRAPHY = {"degC": "°C", "um": "µm", "*": " ", "^2": "²", "^3": "³"}
@@ -155,14 +154,11 @@ def typeset_units(text: str) -> str:
 def quantities() -> Mapping[str, Quantity]:
     """Every quantity of the program by its name; rows of the table whose name begins with "# " are headings."""
     found = {}
-    with data_path("quantities.csv").open(encoding="utf-8", newline="") as file:
-        for row in csv.DictReader(file):
-            name, unit = row["name"], row["unit"]
-            label = row["label"] or name.rpartition(".")[2].replace("_", " ")
-            digits = int(row["digits"] or 4)
-            quantity = Quantity(name, row["symbol"], unit, row["display"] or unit, label, row["definition"], digits)
-            if not name.startswith("# "):
-                found[name] = quantity
+    for row in data_rows("quantities.csv"):
+        name, unit = row["name"], row["unit"]
+        label = row["label"] or name.rpartition(".")[2].replace("_", " ")
+        digits = int(row["digits"] or 4)
+        found[name] = Quantity(name, row["symbol"], unit, row["display"] or unit, label, row["definition"], digits)
     return found
 
 

@@ -7,29 +7,22 @@ display units; CSV, JSON and data frames are SI. Texts given by users are escape
 from __future__ import annotations
 
 import csv
-import html
 import io
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
+from ehl.common import quantities
 from ehl.common.data import reason_text
-from ehl.common.quantities import (
-    Quantity,
-    format_number,
-    printed_unit,
-    quantities,
-    rounded,
-    typeset_unit,
-    typeset_units,
-)
 from ehl.common.table_reader import harmless
-from ehl.common.terminal import plain, terminal, wrapped
+from ehl.common.terminal import terminal, wrapped
 
 if TYPE_CHECKING:
     import pandas as pd
+    from jinja2 import Template
     from rich.console import Console, ConsoleOptions, RenderResult
 
 Cell = float | int | str | bool | None
@@ -54,10 +47,10 @@ class Column:
     rounded: bool = False  # whether digits before the point are rounded as well
 
     @property
-    def quantity(self) -> Quantity:
+    def quantity(self) -> quantities.Quantity:
         """Quantity of the column."""
-        known = quantities()
-        return known[self.of] if self.of else known.get(self.name, Quantity(self.name, label=self.name))
+        known = quantities.quantities()
+        return known[self.of] if self.of else known.get(self.name, quantities.Quantity(self.name, label=self.name))
 
     def text(self, value: Cell) -> str:
         """Text of a cell in the display unit."""
@@ -71,8 +64,9 @@ class Column:
         if self.decimals is not None and math.isfinite(shown):
             return f"{round(shown, self.decimals) + 0.0:.{self.decimals}f}"
         if self.rounded:
-            shown = rounded(float(shown), self.digits)
-        return str(shown) if isinstance(shown, int) else format_number(shown, self.digits or self.quantity.digits)
+            shown = quantities.rounded(float(shown), self.digits)
+        digits = self.digits or self.quantity.digits
+        return str(shown) if isinstance(shown, int) else quantities.format_number(shown, digits)
 
     def shown(self, value: Cell) -> Cell:
         """Value of a cell in the display unit."""
@@ -176,22 +170,9 @@ class Table:
     def html(self) -> str:
         """The table as an HTML element, in display units."""
         head, rows = self._texts(typeset=True)
+        dense = "dense densest" if len(head) > _DENSEST else "dense" if len(head) > _DENSE else ""
         left = self._left(head, rows)
-        style = [' class="text" style="text-align:left"' if words else "" for words in left]
-        dense = "dense densest" if len(head) > _DENSEST else "dense"
-        lines = [f'<table class="{dense}">' if len(head) > _DENSE else "<table>"]
-        if self.title:
-            lines.append(f"<caption><span>{html.escape(typeset_units(self.title))}</span></caption>")
-        cells = "".join(f"<th{mark}>{html.escape(text)}</th>" for text, mark in zip(head, style, strict=True))
-        lines.append(f"<thead><tr>{cells}</tr></thead>\n<tbody>")
-        for number, row in enumerate(rows):
-            mark = ' class="highlight"' if number == self.highlight else ""
-            row = [html.escape(typeset_units(text)) for text in row]
-            cells = "".join(f"<td{s}>{text}</td>" for text, s in zip(row, style, strict=True))
-            lines.append(f"<tr{mark}>{cells}</tr>")
-        lines.append("</tbody>\n</table>")
-        lines += [f"<p>{html.escape(typeset_units(note))}</p>" for note in self.notes]
-        return "\n".join(lines)
+        return html_template("table.html").render(table=self, head=head, rows=rows, left=left, dense=dense)
 
     _repr_html_ = html
 
@@ -200,40 +181,21 @@ class Table:
         terminal().print(self, crop=False, overflow="ignore")
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
-        from rich.cells import cell_len
-        from rich.segment import Segment
-        from rich.style import Style
-        from rich.text import Text
+        from rich.box import SIMPLE_HEAD
+        from rich.table import Table as Grid
 
         head, rows = self._texts(typeset=False)
         left = self._left(head, rows)
         widths = self._fitting(head, rows, left, options.max_width)
         if self.title:
             yield wrapped(self.title, "italic")
-        total = sum(widths.values()) + _GAP * (len(widths) - 1)
-
-        def folded(text: str, width: int) -> list[str]:
-            text = plain(text).replace("\t", " ")
-            if cell_len(text) <= width and "\n" not in text:
-                return [text]
-            return [line.plain.rstrip() for line in Text(text).wrap(console, width, overflow="fold")]
-
-        def lines(texts: Sequence[str], *, bottom: bool = False) -> Iterator[str]:
-            cells = [folded(texts[i], width) for i, width in widths.items()]
-            depth = max(map(len, cells))
-            blank = [[""] * (depth - len(cell)) for cell in cells]
-            cells = [[*empty, *cell] if bottom else [*cell, *empty] for cell, empty in zip(cells, blank, strict=True)]
-            for line in zip(*cells, strict=True):
-                parts = []
-                for (i, width), text in zip(widths.items(), line, strict=True):
-                    space = " " * (width - cell_len(text))
-                    parts.append(text + space if left[i] else space + text)
-                yield (" " * _GAP).join(parts).rstrip() + "\n"
-
-        if rows and total <= options.max_width:
-            yield Segment("".join(lines(head, bottom=True)), Style(bold=True))
-            yield Segment("─" * total + "\n")
-            yield Segment("".join(line for row in rows for line in lines(row)))
+        if rows and sum(widths.values()) + _GAP * (len(widths) - 1) <= options.max_width:
+            grid = Grid(box=SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, _GAP - 1, 0, 0))
+            for i, width in widths.items():
+                grid.add_column(wrapped(head[i]), justify="left" if left[i] else "right", width=width)
+            for row in rows:
+                grid.add_row(*(wrapped(row[i]) for i in widths))
+            yield grid
         else:  # less than two columns fit; no head without rows
             yield from (wrapped(f"{head[i]}: {row[i]}") for row in rows for i in widths)
         missing = [head[i] for i in range(len(head)) if i not in widths]
@@ -247,20 +209,20 @@ class Table:
 
     def grid(self, *, display: bool) -> tuple[list[str], list[list[Cell]]]:
         """Head and cells of a file, with numbers in SI or display units."""
-        return self._laid_out(
+        return self._arranged(
             lambda column: column.name,
-            lambda column: printed_unit(column.quantity.display if display else column.quantity.unit),
+            lambda column: quantities.printed_unit(column.quantity.display if display else column.quantity.unit),
             lambda column, cell: column.shown(cell) if display else cell,
         )
 
     def _texts(self, *, typeset: bool) -> tuple[list[str], list[list[str]]]:
         """Head and cells as shown."""
-        written = typeset_unit if typeset else printed_unit
-        return self._laid_out(
+        written = quantities.typeset_unit if typeset else quantities.printed_unit
+        return self._arranged(
             lambda c: c.label or c.quantity.label, lambda c: written(c.quantity.display), lambda c, x: c.text(x)
         )
 
-    def _laid_out(
+    def _arranged(
         self, label: Callable[[Column], str], unit: Callable[[Column], str], value: Callable[[Column, Cell], Any]
     ) -> tuple[list[str], list[list[Any]]]:
         if self.vertical:
@@ -310,6 +272,17 @@ class Table:
             widths[i] = least[i] + max(0, min(spare, full[i] - least[i]))
             spare -= widths[i] - least[i]
         return widths
+
+
+@cache
+def html_template(name: str) -> Template:
+    """A template of `ehl/common/templates`; texts are escaped."""
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined)
+    environment.loader = PackageLoader("ehl.common")
+    environment.filters["typeset"] = quantities.typeset_units
+    return environment.get_template(name)
 
 
 # right-aligned cells: numbers, intervals, percentages, dashes

@@ -1,8 +1,8 @@
-"""Tables a user brings (CSV, XLSX): one reader for all, which finds dialect, header and units by content.
+"""Reader of tables of the user (CSV, XLSX), which finds dialect, header and units from the content.
 
 A header cell is ``name [unit]``, ``name (unit)``, ``name / unit`` or a bare name; under a bare name numbers are SI and
-texts carry their unit. A second row with only units (as `mixed-ehl sweep merge` writes it) serves too. Names are
-those of docs/nomenclature.md in any spelling, or the usual ones of other programs and test rigs (`_OTHER_NAMES`).
+texts have their unit. The units may also be in a second row (as `mixed-ehl sweep merge` writes them). Names are those
+of docs/nomenclature.md in any spelling, or the usual ones of other programs and test rigs (`_OTHER_NAMES`).
 
 A table whose names are all exact is strict: each column, row and cell must be usable. A table of another program (names
 that correspond to those of the program, or lines above the header) is not: other columns, lines between the rows and
@@ -82,6 +82,7 @@ _OTHER_NAMES = {
 }
 
 Cell = float | int | str | None
+Quantities = Mapping[str, ValueRange | None]  # unit and range of every column there may be; None for a text
 Column = tuple[float, ...] | tuple[str, ...]
 
 
@@ -102,12 +103,7 @@ class _Head:
 
 
 def read_table(
-    path: Path,
-    quantities: Mapping[str, ValueRange | None],
-    required: Sequence[str] = (),
-    *,
-    bare: bool = True,
-    missing: bool = False,
+    path: Path, quantities: Quantities, required: Sequence[str] = (), *, bare: bool = True, missing: bool = False
 ) -> tuple[dict[str, Column], tuple[int, ...]]:
     """Columns of a table file, checked and converted to SI, and the number of each row in it, counted from 1.
 
@@ -133,7 +129,6 @@ def read_table(
     if foreign:
         heads = [_distinct(head) for head in heads]
     else:
-        heads = heads[:1]
         _check_names(path, heads[0], quantities)
     _require(path, heads[0], required, quantities)
     if not foreign and not workbook:
@@ -162,7 +157,7 @@ def read_table(
             path.name, f"{left_out} rows with missing values", f"fewer than the {len(numbers)} complete ones"
         )
     if foreign or left_out or other:
-        _tell(path, heads[0], left_out, other)
+        _log_columns(path, heads[0], left_out, other)
     return whole, tuple(numbers)
 
 
@@ -171,7 +166,7 @@ def _block(
     body: pd.DataFrame,
     head: _Head,
     taken: Mapping[str, int],
-    quantities: Mapping[str, ValueRange | None],
+    quantities: Quantities,
     bare: bool,
     foreign: bool,
     missing: bool,
@@ -239,7 +234,7 @@ def _is_missing(cell: Cell, unit: str | None, quantity: ValueRange, *, empty: bo
     return False
 
 
-def _tell(path: Path, head: _Head, left_out: int, others: Sequence[int]) -> None:
+def _log_columns(path: Path, head: _Head, left_out: int, others: Sequence[int]) -> None:
     """Note the meaning of each column."""
     pairs = [(name, mine) for name, mine in zip(head.names, head.quantities, strict=True) if name]
     named = [f"{name} -> {mine}" for name, mine in pairs if mine and name != mine]
@@ -253,7 +248,7 @@ def _tell(path: Path, head: _Head, left_out: int, others: Sequence[int]) -> None
         _LOG.info("%s: %s", path.name, "; ".join(parts))
 
 
-def _heads(cells: pd.DataFrame, quantities: Mapping[str, ValueRange | None]) -> list[_Head]:
+def _heads(cells: pd.DataFrame, quantities: Quantities) -> list[_Head]:
     """The header, and every later row that repeats it or most of it."""
     first = _head(0, list(cells.iloc[0]), quantities)
     if first.exact and first.score:
@@ -268,7 +263,7 @@ def _heads(cells: pd.DataFrame, quantities: Mapping[str, ValueRange | None]) -> 
     return [best, *(head for head in later if head.score >= max(2, 0.6 * best.score))]
 
 
-def _head(position: int, row: Sequence[Cell], quantities: Mapping[str, ValueRange | None]) -> _Head:
+def _head(position: int, row: Sequence[Cell], quantities: Quantities) -> _Head:
     names: list[str] = []
     units: list[str | None] = []
     mine: list[str] = []
@@ -297,7 +292,7 @@ def _head(position: int, row: Sequence[Cell], quantities: Mapping[str, ValueRang
     return _Head(position, tuple(names), tuple(units), tuple(mine), exact)
 
 
-def _with_unit(name: str, unit: str | None, quantities: Mapping[str, ValueRange | None]) -> tuple[str, str | None, str]:
+def _with_unit(name: str, unit: str | None, quantities: Quantities) -> tuple[str, str | None, str]:
     """Name, unit and quantity of a head, its unit behind another sign too: ``p / GPa`` (DIN 1313), ``SRR %``, ``T_C``.
 
     A name with an underscore has a unit only if it is no name as a whole.
@@ -322,7 +317,7 @@ def _plain_name(name: str) -> str:
     return re.sub(r"[^a-z0-9]+", "_", name).strip("_")
 
 
-def _meant(name: str, quantities: Mapping[str, ValueRange | None]) -> str:
+def _meant(name: str, quantities: Quantities) -> str:
     """The quantity denoted by a name of another program; empty if unknown."""
     plain = _plain_name(name)
     if plain in quantities:
@@ -352,7 +347,7 @@ def _distinct(head: _Head) -> _Head:
     return replace(head, quantities=tuple(mine))
 
 
-def _require(path: Path, head: _Head, required: Sequence[str], quantities: Mapping[str, ValueRange | None]) -> None:
+def _require(path: Path, head: _Head, required: Sequence[str], quantities: Quantities) -> None:
     for name in required:
         if name not in head.quantities:
             others = (other for other in head.names if other and not other.startswith("#") and other not in quantities)
@@ -372,7 +367,7 @@ def _check_width(path: Path, cells: pd.DataFrame, width: int) -> None:
             )
 
 
-def _check_names(path: Path, head: _Head, quantities: Mapping[str, ValueRange | None]) -> None:
+def _check_names(path: Path, head: _Head, quantities: Quantities) -> None:
     known = ", ".join(quantities)
     counts = Counter(head.names)
     for name in head.names:
@@ -383,9 +378,7 @@ def _check_names(path: Path, head: _Head, quantities: Mapping[str, ValueRange | 
             raise InputError(f"{path.name}, header", name, "each column once")
 
 
-def _are_units(
-    row: Sequence[Cell], names: Sequence[str], units: Sequence[str | None], quantities: Mapping[str, ValueRange | None]
-) -> bool:
+def _are_units(row: Sequence[Cell], names: Sequence[str], units: Sequence[str | None], quantities: Quantities) -> bool:
     """Whether the second row contains units: a unit under every number column, and none in the header."""
     found = False
     for position, name in enumerate(names):
@@ -440,7 +433,7 @@ def _check_size(path: Path, rows: int, columns: int) -> None:
         raise InputError(path.name, f"{rows} rows of {columns} cells", f"at most {MAX_CELLS} cells")
 
 
-def _separator(lines: Sequence[str], quantities: Mapping[str, ValueRange | None]) -> str:
+def _separator(lines: Sequence[str], quantities: Quantities) -> str:
     """Separator with which a line near the top names most quantities, or the most frequent one of the first line."""
     top = [line for line in lines if line][:_HEADER_LINES]
     scores = {
@@ -464,7 +457,7 @@ def _cut(line: str, mark: str) -> list[str]:
     return re.split(r" {2,}", line.strip()) if mark == "  " else line.split() if mark == " " else line.split(mark)
 
 
-def _read_csv(path: Path, text: str, quantities: Mapping[str, ValueRange | None]) -> pd.DataFrame:
+def _read_csv(path: Path, text: str, quantities: Quantities) -> pd.DataFrame:
     import pandas as pd
 
     # a line of notes becomes an empty one, so that rows keep their numbers
@@ -556,7 +549,7 @@ def harmless(value: Cell) -> Cell:
     return value
 
 
-def read_columns(value: Any, quantities: Mapping[str, ValueRange | None]) -> dict[str, Column]:
+def read_columns(value: Any, quantities: Quantities) -> dict[str, Column]:
     """Columns of a plan from lists of equal length or from a file.
 
     Raises `InputError`: as `read_table`; or the lists differ in length.

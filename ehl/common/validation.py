@@ -6,12 +6,12 @@ Kinds of input files, recognised by their keys, so that errors can name the kind
 import re
 import tomllib
 import types
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import accumulate
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal, TypeVar, Union, get_args, get_origin
+from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar, Union, get_args, get_origin
 
 from pydantic import AfterValidator, AliasChoices, BaseModel, ConfigDict, Field, Tag, ValidationError, model_validator
 from pydantic.fields import FieldInfo
@@ -75,7 +75,7 @@ def looks_like(text: str) -> str:
     return ""
 
 
-def told_kind(text: str) -> str:
+def kind_sentence(text: str) -> str:
     """Sentence with the kind of a text file; empty if the kind is unknown."""
     try:
         kind = KINDS.get(kind_of(tomllib.loads(text)))
@@ -110,52 +110,36 @@ class InputModel(BaseModel):
     # words for quantities that have no key, without "_1", "_2" or "1", "2" at the end, and what to give instead
     instead: ClassVar[Mapping[str, str]] = {}
 
-    @model_validator(mode="before")
+    @model_validator(mode="wrap")
     @classmethod
-    def _words(cls, values: Any) -> Any:
-        if not isinstance(values, dict):
-            return values
-        for key, choices in _choices(cls).items():
-            value = values.get(key)
-            if isinstance(choices, dict):
-                changed = _with_words(value, choices)
-            else:
-                changed = same_name(value, choices) if isinstance(value, str) else value
-            if changed is not value:
-                values = {**values, key: changed}
-        return values
+    def _in_any_case(cls, values: Any, handler: Callable[[Any], Self]) -> Self:
+        try:
+            return handler(values)
+        except ValidationError as error:
+            corrected = _with_exact_words(values, error)
+            if corrected is values:
+                raise
+            return handler(corrected)
 
 
 Model = TypeVar("Model", bound=BaseModel)
+_QUOTED = re.compile("'([^']*)'")  # the allowed words in an error of pydantic
 
 
-def _with_words(value: Any, choices: dict[str, tuple[str, ...]]) -> Any:
-    """A table with the words that select the member of a union in their exact case."""
-    if not isinstance(value, dict):
-        return value
-    words = {key: same_name(value[key], known) for key, known in choices.items() if isinstance(value.get(key), str)}
-    return value if all(value[key] == word for key, word in words.items()) else {**value, **words}
-
-
-@cache
-def _choices(model: type[BaseModel]) -> dict[str, tuple[str, ...] | dict[str, tuple[str, ...]]]:
-    """Allowed words of each field, and for a union of tables the words of their keys."""
-    found: dict[str, tuple[str, ...] | dict[str, tuple[str, ...]]] = {}
-    for name, info in model.model_fields.items():
-        annotation, _ = _bare(info.annotation, ())
-        parts = [_bare(part, ())[0] for part in get_args(annotation)] if _is_union(annotation) else [annotation]
-        words = tuple(word for part in parts if get_origin(part) is Literal for word in get_args(part))
-        tables = [part for part in parts if _is_model(part)]
-        if words and all(isinstance(word, str) for word in words):
-            found[info.alias or name] = words
-        elif len(tables) > 1:
-            keys: dict[str, tuple[str, ...]] = {}
-            for table in tables:
-                for key, known in _choices(table).items():
-                    if isinstance(known, tuple):
-                        keys[key] = (*keys.get(key, ()), *known)
-            found[info.alias or name] = keys
-    return found
+def _with_exact_words(values: Any, error: ValidationError) -> Any:
+    """The values with words in their exact case, also those that select the member of a union, where they were not."""
+    for complaint in error.errors(include_url=False) if isinstance(values, dict) else ():
+        name, context = complaint["loc"][0] if complaint["loc"] else "", complaint.get("ctx", {})
+        value = corrected = values.get(name)
+        if complaint["type"] == "literal_error" and isinstance(value, str):
+            corrected = same_name(value, _QUOTED.findall(context["expected"]))
+        elif complaint["type"] == "union_tag_invalid" and isinstance(value, dict):
+            key = context["discriminator"].strip("'")
+            if isinstance(tag := value.get(key), str):
+                corrected = value | {key: same_name(tag, _QUOTED.findall(context["expected_tags"]))}
+        if corrected != value:
+            values = {**values, name: corrected}
+    return values
 
 
 def read_toml(path: str | Path, kind: str = "") -> dict[str, Any]:
@@ -268,7 +252,7 @@ def _problem(complaint: Any, model: type[BaseModel], where: str) -> InputError:
         return InputError(".".join([*parts, key]), context.get("tag"), _tags(place.annotation, key))
     choices = get_args(place.annotation) if get_origin(place.annotation) is Literal else ()
     hint = "" if value is None else near(value, map(str, choices))
-    return InputError(field, value, expected_input(place, ".".join(place.path)) or complaint["msg"], hint)
+    return InputError(field, value, place.expected or complaint["msg"], hint)
 
 
 def _tags(annotation: Any, key: str) -> str:
@@ -287,6 +271,32 @@ class FieldLocation:
     owner: type[BaseModel]  # the innermost model that contains the place
     annotation: Any  # type of what belongs there; None where nothing does
     metadata: tuple[Any, ...] = ()  # its units and bounds
+
+    @property
+    def expected(self) -> str:
+        """Allowed values as text; empty if unknown."""
+        for part in self.metadata:
+            if isinstance(part, ValueRange):
+                return part.expected
+        kind, table = self.annotation, f"a table [{'.'.join(self.path)}]"
+        if _is_model(kind):
+            needed = [info.alias or name for name, info in kind.model_fields.items() if info.is_required()]
+            return table + (f" with {', '.join(needed)}" if needed else "")
+        if get_origin(kind) is Literal:
+            return "one of " + ", ".join(map(repr, get_args(kind)))
+        if _is_union(kind):
+            parts = (FieldLocation(self.path, self.owner, *_bare(member, ())).expected for member in get_args(kind))
+            return " or ".join(dict.fromkeys(filter(None, parts)))
+        words = {int: "a whole number", str: "a text in quotes", bool: "true or false", float: "a number"}
+        if kind in words:
+            return words[kind] + _bounds(self.metadata)
+        if kind is dict or get_origin(kind) is dict:
+            return table
+        if get_origin(kind) in (list, tuple):
+            items = get_args(kind)
+            fixed = get_origin(kind) is tuple and ... not in items
+            return f"a list of {len(items)} entries" if fixed else "a list"
+        return ""
 
 
 def locate_field(model: type[BaseModel], loc: Sequence[int | str]) -> FieldLocation:
@@ -313,36 +323,6 @@ def locate_field(model: type[BaseModel], loc: Sequence[int | str]) -> FieldLocat
 def value_range_of(model: type[BaseModel], name: str) -> ValueRange:
     """Unit and range of a field of a model."""
     return next(part for part in locate_field(model, (name,)).metadata if isinstance(part, ValueRange))
-
-
-def expected_input(place: FieldLocation, table: str) -> str:
-    """Allowed values of the place as text; empty if unknown.
-
-    place: result of `locate_field`.
-    table: name of the place if it is a table.
-    """
-    for part in place.metadata:
-        if isinstance(part, ValueRange):
-            return part.expected
-    kind = place.annotation
-    if _is_model(kind):
-        needed = [info.alias or name for name, info in kind.model_fields.items() if info.is_required()]
-        return f"a table [{table}]" + (f" with {', '.join(needed)}" if needed else "")
-    if get_origin(kind) is Literal:
-        return "one of " + ", ".join(map(repr, get_args(kind)))
-    if _is_union(kind):
-        parts = (FieldLocation((), place.owner, *_bare(member, ())) for member in get_args(kind))
-        return " or ".join(dict.fromkeys(filter(None, (expected_input(part, table) for part in parts))))
-    words = {int: "a whole number", str: "a text in quotes", bool: "true or false", float: "a number"}
-    if kind in words:
-        return words[kind] + _bounds(place.metadata)
-    if kind is dict or get_origin(kind) is dict:
-        return f"a table [{table}]"
-    if get_origin(kind) in (list, tuple):
-        items = get_args(kind)
-        fixed = get_origin(kind) is tuple and ... not in items
-        return f"a list of {len(items)} entries" if fixed else "a list"
-    return ""
 
 
 def _bounds(metadata: tuple[Any, ...]) -> str:

@@ -4,8 +4,6 @@ Any other version compiles each function in the ordinary way, by public interfac
 wheels carry no kernels, and results agree to rounding only, also those of two processes.
 """
 
-from __future__ import annotations
-
 import multiprocessing
 import sys
 from collections.abc import Callable

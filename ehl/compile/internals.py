@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from numba import types
-from numba.core.caching import CompileResultCacheImpl, FunctionCache, NullCache
+from numba.core import caching
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, CompileResult, Flags
 from numba.core.registry import CPUDispatcher
@@ -27,26 +27,20 @@ from ehl.compile.carried import carried_kernel, carries
 from ehl.compile.sources import OURS, announced, hash_of_folder, kernel_folder, stamped
 
 
-class _ContentLocator:
+class _ContentLocator(caching._SourceFileBackedLocatorMixin, caching._CacheLocator):
     """A private folder for the kernels of one folder, under the hash of their sources."""
 
-    def __init__(self, folder: Path, line: int, stamp: bytes) -> None:
-        self._folder = folder
-        self._line = line
-        self._stamp = stamp
+    def __init__(self, py_func: Callable[..., Any], py_file: str) -> None:
+        self._lineno, self._stamp = py_func.__code__.co_firstlineno, hash_of_folder(Path(py_file).resolve().parent)
+        self._folder = private_folder(kernel_folder() / self._stamp.hex()[:16])
 
     @classmethod
     def from_function(cls, py_func: Callable[..., Any], py_file: str) -> _ContentLocator | None:
-        """See the locators of numba; None for code of other packages, and without a folder."""
-        folder = Path(py_file).resolve().parent
-        if not OURS & set(folder.parents):
-            return None
-        try:
-            stamp = hash_of_folder(folder)
-            place = private_folder(kernel_folder() / stamp.hex()[:16])
-        except OSError:  # sources in an archive, or no place
-            return None
-        return cls(place, py_func.__code__.co_firstlineno, stamp)
+        """See numba; None for code of other packages, for sources in an archive, and without a folder."""
+        with suppress(OSError):
+            if OURS & set(Path(py_file).resolve().parents):
+                return cls(py_func, py_file)
+        return None
 
     def ensure_cache_path(self) -> None:
         """Make the folder."""
@@ -60,25 +54,21 @@ class _ContentLocator:
         """Hash of the sources."""
         return self._stamp
 
-    def get_disambiguator(self) -> str:
-        """The line of the function."""
-        return str(self._line)
 
-
-class _Results(CompileResultCacheImpl):
+class _Results(caching.CompileResultCacheImpl):
     _locator_classes = (_ContentLocator,)
 
 
-class _OnDisk(FunctionCache):
+class _OnDisk(caching.FunctionCache):
     _impl_class = _Results
 
 
-class KernelCache(NullCache):
+class KernelCache(caching.NullCache):
     """Code of one kernel from the installation or from disk; without a writable folder each process compiles."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
         self._function = function
-        self.disk = NullCache()
+        self.disk = caching.NullCache()
         with suppress(RuntimeError):  # no place
             self.disk = _OnDisk(function)
 

@@ -4,8 +4,6 @@ The cache of numba checks only the file of a function. A kernel contains the fun
 under the hash of all its sources. Contents are compared, because copies and clocks change the times of files.
 """
 
-from __future__ import annotations
-
 import hashlib
 import inspect
 import multiprocessing

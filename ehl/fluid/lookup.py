@@ -1,15 +1,15 @@
-"""Tables of ln(eta/eta0) and rho/rho0 that the compiled solvers read, made from the laws at the start of a contact.
+"""Tables of ln(eta/eta0) and rho/rho0 for the compiled solvers, computed from the laws at the start of a contact.
 
-Piecewise cubic with continuous slopes: one row of cells over pressure at the inlet temperature for viscosity and
-density, and one sheet of cells over pressure and temperature for the viscosity of the heated film. Every law costs the
-solvers the same. Error of ln(eta/eta0), where it is below 15, tested for every law and card: along the row below 1e-7,
-on the sheet below 1e-6 from 263 to 500 K and up to 2.5 GPa. Laws with a pole or kink in that range reach 1e-6 and
-8e-6, the original Yasutomi form 2e-5. Making both takes some 30 milliseconds, once per lubricant.
+Piecewise cubics with continuous slopes: one row of cells over pressure at the inlet temperature for viscosity and
+density, and one sheet of cells over pressure and temperature for the viscosity of the heated film. The cost of the
+solvers is the same for every law. Error of ln(eta/eta0), where it is below 15, tested for every law and card: along the
+row below 1e-7, on the sheet below 1e-6 from 263 to 500 K and up to 2.5 GPa. Laws with a pole or kink in that range
+reach 1e-6 and 8e-6, the original Yasutomi form 2e-5. Both tables take about 30 milliseconds, once per lubricant.
 
-Cells are even in sqrt(p + p1), which a Barus law enters as a polynomial and a Roelands law as a power without pole,
-and in (T - T1)/(T - T2), which the laws that fall with the reciprocal of a temperature enter as polynomials; for laws
-linear in T, T2 lies far off. Beyond its last cell the row goes on along its tangent, beyond the last temperatures
-viscosity stays, as it does where a law no longer rises: whatever an iteration tries has an answer.
+Cells are equidistant in sqrt(p + p1), of which a Barus law is a polynomial and a Roelands law a power without pole, and
+in (T - T1)/(T - T2), of which laws that decrease with the reciprocal of a temperature are polynomials; for laws linear
+in T, T2 is far below. Above its last cell the row is continued by its tangent. Beyond the last temperatures, and where
+a law no longer increases with pressure, the viscosity is constant, so that it is defined for every iterate.
 """
 
 import math
@@ -23,23 +23,23 @@ from ehl.fluid.density import Compression
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.viscosity import PressureLaw
 
-PRESSURE_SHIFT = 5e7  # p1: near the smallest pressure a law bends over, K0/(1 + K0') of hot oil [Pa]
+PRESSURE_SHIFT = 5e7  # p1: near the smallest pressure at which a law bends, K0/(1 + K0') of hot oil [Pa]
 PRESSURE_TOP = 10e9  # [Pa]
 ROW_CELLS, SHEET_CELLS, TEMPERATURE_CELLS = 256, 192, 128
 TEMPERATURE_ENDS = (223.15, 1500.0)  # [K]
-TEMPERATURE_POLES = (180.0, 100.0, -300.0, -1e6)  # T2: whichever fits the law better [K]
-LARGEST_TEMPERATURE = 520.0  # up to it the error is made small [K]
-MIDDLE_TEMPERATURE = 350.0  # where every law holds [K]
-LARGEST_LOG = 200.0  # beyond it, and beyond a pole of a law, the table goes on along the last slope
+TEMPERATURE_POLES = (180.0, 100.0, -300.0, -1e6)  # T2: the one with the smallest error for the law [K]
+LARGEST_TEMPERATURE = 520.0  # up to it T2 is chosen by the error [K]
+MIDDLE_TEMPERATURE = 350.0  # where every law is valid [K]
+LARGEST_LOG = 200.0  # above it, and beyond a pole of a law, the table is continued along the last slope
 # slope per cell at the first and the second of five neighbouring nodes
 _SLOPES = np.array([[-25.0, 48.0, -36.0, 16.0, -3.0], [-3.0, -10.0, 18.0, -6.0, 1.0]]) / 12.0
 
 
 class LawTable(NamedTuple):
-    """What the compiled loops read; pressures in the solver's unit, temperatures in K."""
+    """Numbers for the compiled loops; pressures in the unit of the solver, temperatures in K."""
 
     row: FloatArray  # (cells, 8): cubics of ln(eta/eta0) and rho/rho0 at the inlet temperature
-    sheet: FloatArray  # (cells, temperature cells, 16): entry 4 j + i goes with T-coordinate^j p-coordinate^i
+    sheet: FloatArray  # (cells, temperature cells, 16): entry 4 j + i belongs to T-coordinate^j p-coordinate^i
     shift: float  # p1; place in the row: rate (sqrt(p + p1) - sqrt(p1))
     root: float
     rate: float
@@ -116,7 +116,7 @@ def _temperatures(pole: float, middle: float = 0.0) -> FloatArray:
 
 
 def _continued(values: FloatArray) -> FloatArray:
-    """Values over pressure (axis 0), on along the last slope from where a law leaves its range."""
+    """Values over pressure (axis 0), continued along the last slope from where a law leaves its range."""
     rising = np.diff(values, axis=0, prepend=-math.inf) >= 0.0
     good = np.logical_and.accumulate(rising & (np.abs(values) < LARGEST_LOG), axis=0)
     last = np.maximum(good.sum(axis=0) - 1, 1)
@@ -127,7 +127,7 @@ def _continued(values: FloatArray) -> FloatArray:
 
 
 def _held(values: FloatArray, pole: float) -> FloatArray:
-    """Values over pressure and temperature, held from the temperatures on at which a law no longer rises at all."""
+    """Values over pressure and temperature, constant beyond the temperatures at which a law does not increase."""
     right = np.isfinite(values).all(axis=0) & (np.diff(values, axis=0) >= 0.0).all(axis=0)
     right &= values[1] - values[0] < 1.0  # alpha above 150 1/GPa: a solid
     middle = int(np.searchsorted(_temperatures(pole), MIDDLE_TEMPERATURE))

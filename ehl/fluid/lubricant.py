@@ -17,19 +17,10 @@ from ehl.common.arrays import FloatArray, Values
 from ehl.common.errors import InputError
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel
+from ehl.fluid import viscosity as laws
 from ehl.fluid.density import DOWSON_HIGGINSON_LAW, Compression
 from ehl.fluid.pressure_viscosity import alpha_of
 from ehl.fluid.rheology import Limit, PressureStress, Rheology, ShearLaw
-from ehl.fluid.viscosity import (
-    ROELANDS_LOG_VISCOSITY,
-    AbsoluteLaw,
-    BarusLaw,
-    ModulusLaw,
-    PressureLaw,
-    RelativeLaw,
-    RoelandsLaw,
-    ScaledRise,
-)
 
 PerPressure = Annotated[float, ValueRange("1/Pa", ge=0.0, le=1e-8)]
 
@@ -158,7 +149,7 @@ class Lubricant:
     carreau_exponent: float = math.nan
     limiting_shear_ambient: float = 0.0
     limiting_shear: Limit = "cut"
-    absolute_law: AbsoluteLaw | None = None
+    absolute_law: laws.AbsoluteLaw | None = None
     absolute_scale: float = 1.0
     pressure_rise_factor: float = 1.0
     pressure_valid: float = math.inf
@@ -187,7 +178,7 @@ class Lubricant:
         beta = -float(law.by_temperature(ambient, there)[0])
         moved = replace(self, temperature=temperature, viscosity_inlet=viscosity, temperature_viscosity=beta)
         if self.viscosity_law == "roelands":  # the same exponent z = alpha p0/A at another height A
-            heights = [math.log(eta) + ROELANDS_LOG_VISCOSITY for eta in (viscosity, self.viscosity_inlet)]
+            heights = [math.log(eta) + laws.ROELANDS_LOG_VISCOSITY for eta in (viscosity, self.viscosity_inlet)]
             moved = replace(moved, pressure_viscosity=self.pressure_viscosity * heights[0] / heights[1])
         return moved
 
@@ -216,19 +207,19 @@ class Lubricant:
         return ShearLaw(self.rheology, stress, exponent, *limit)
 
     @property
-    def pressure_law(self) -> PressureLaw:
+    def pressure_law(self) -> laws.PressureLaw:
         """ln(eta(p, T)/eta0), with its derivatives."""
-        law: BarusLaw | RoelandsLaw | ModulusLaw | RelativeLaw
+        law: laws.BarusLaw | laws.RoelandsLaw | laws.ModulusLaw | laws.RelativeLaw
         temperature, beta, scale = self.temperature, self.temperature_viscosity, self.pressure_rise_factor
         if self.absolute_law is not None:
-            law, scale = RelativeLaw(self.absolute_law, temperature), self.absolute_scale * scale
+            law, scale = laws.RelativeLaw(self.absolute_law, temperature), self.absolute_scale * scale
         elif self.viscosity_law == "barus":
-            law = BarusLaw(self.pressure_viscosity, temperature, beta)
+            law = laws.BarusLaw(self.pressure_viscosity, temperature, beta)
         elif self.viscosity_law == "roelands":
-            law = RoelandsLaw(self.viscosity_inlet, self.pressure_viscosity, temperature, beta)
+            law = laws.RoelandsLaw(self.viscosity_inlet, self.pressure_viscosity, temperature, beta)
         else:
-            law = ModulusLaw(self.modulus_constants, temperature, self.temperature_constants, beta)
-        return law if scale == 1.0 else ScaledRise(law, scale)
+            law = laws.ModulusLaw(self.modulus_constants, temperature, self.temperature_constants, beta)
+        return law if scale == 1.0 else laws.ScaledRise(law, scale)
 
     def log_viscosity_ratio(self, pressure: FloatArray) -> FloatArray:
         """ln(eta/eta0) at the inlet temperature, elementwise."""

@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Discriminator, Field, Tag, field_serializer, field_validator, model_validator
 
 from ehl.common.errors import InputError
-from ehl.common.units import ValueRange
+from ehl.common.units import ValueRange, value_range
 from ehl.common.validation import InputModel, in_any_case, validate
 from ehl.fluid import oil_laws
 from ehl.fluid.density import DOWSON_HIGGINSON, INCOMPRESSIBLE, Compression, DowsonHigginson
@@ -110,12 +110,10 @@ class DirectLubricant(ShearInput):
     @classmethod
     def _numbers_or_constants(cls, values: Any) -> Any:
         if isinstance(values, dict) and values.get("viscosity") is None:
-            for name, allowed in (
-                ("viscosity_inlet", "a number in Pa*s or a string with its unit such as '40 mPa s'"),
-                ("pressure_viscosity", "a number in 1/Pa or a string with its unit such as '18 1/GPa'"),
-            ):
+            for name, kind in (("viscosity_inlet", Viscosity), ("pressure_viscosity", PressureViscosity)):
                 if values.get(name) is None:
-                    raise InputError(name, None, allowed, "Alternatively give a table viscosity with the constants.")
+                    hint = "Alternatively give a table viscosity with the constants."
+                    raise InputError(name, None, value_range(kind).expected, hint)
         return values
 
     @model_validator(mode="after")

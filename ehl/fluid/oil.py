@@ -11,14 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import (
-    Field,
-    SerializerFunctionWrapHandler,
-    ValidationInfo,
-    field_validator,
-    model_serializer,
-    model_validator,
-)
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from ehl.common.arrays import FloatArray, Values
 from ehl.common.data import data_names
@@ -30,8 +23,7 @@ from ehl.common.validation import InputModel, load_shipped, read_toml, validate
 from ehl.fluid import oil_alpha, oil_laws, oil_sheet
 from ehl.fluid.density import density_at
 from ehl.fluid.lubricant import ASSUMED_CONDUCTIVITY, CONDUCTIVITY_OF_BASE, FilmConductivity, Lubricant
-from ehl.fluid.oil_family import FAMILIES, SHEAR_MODULUS, check_viscosities, generic_card, generic_name
-from ehl.fluid.oil_uncertainty import VARIABLES, CardUncertainty, InputFactors, standard_uncertainty
+from ehl.fluid.oil_family import OIL_FAMILIES, SHEAR_MODULUS, check_viscosities, generic_card, generic_name
 from ehl.fluid.pressure_viscosity import AlphaDefinition
 from ehl.fluid.rheology import LinearStress, RisingStress
 from ehl.fluid.viscosity import TEMPERATURE_RANGE, Temperature, WaltherViscosity, walther_1931, walther_slope
@@ -105,25 +97,21 @@ class Oil(InputModel, Reportable):
     limiting_shear_coefficient: Annotated[float, ValueRange("", gt=0.0, le=1.0)] | None = None
     limiting_shear_ambient: Annotated[float, ValueRange("Pa", ge=0.0, le=1e8)] | None = None
     eyring_stress: Annotated[float, ValueRange("Pa", ge=1e4, le=1e9)] | None = None
-    # not in the hash of the card: without effect at the slip of fitted formulas
-    shear_modulus: Annotated[float, ValueRange("Pa", ge=1e5, le=1e11)] | None = Field(default=None, exclude=True)
-    # not in the hash of the card: formulas fitted with the constant stress remain valid
-    eyring_stress_pressure: RisingStress | None = Field(default=None, exclude=True)
+    shear_modulus: Annotated[float, ValueRange("Pa", ge=1e5, le=1e11)] | None = None
+    eyring_stress_pressure: RisingStress | None = None
     thermal_conductivity: Annotated[float, ValueRange("W/(m*K)", gt=0.0, le=10.0)] = 0.14
     conductivity_pressure: FilmConductivity | None = None
     heat_capacity: Annotated[float, ValueRange("J/(kg*K)", gt=0.0, le=10000.0)] = 2000.0
     temperature_valid: tuple[Temperature, Temperature] = (20.0 + KELVIN, 150.0 + KELVIN)
-    # not in the hash of the card: without effect on friction. Failure load stage of the FZG scuffing test A/8.3/90,
-    # permissible specific film against micropitting
-    fzg_stage: Annotated[int, Field(ge=1, le=14)] | None = Field(default=None, exclude=True)
-    film_permissible: Annotated[float, ValueRange("", gt=0.0, le=5.0)] | None = Field(default=None, exclude=True)
-    # not in the hash of the card: origin, range and uncertainty do not change the values; missing uncertainties follow
-    # from the law
-    pressure_valid: Annotated[float, ValueRange("Pa", gt=0.0, le=1e10)] | None = Field(default=None, exclude=True)
-    calibration: CalibrationRecord | None = Field(default=None, exclude=True)
-    uncertainty: CardUncertainty = Field(default_factory=dict, validate_default=True, exclude=True)
+    # failure load stage of the FZG scuffing test A/8.3/90, and permissible specific film against micropitting
+    fzg_stage: Annotated[int, Field(ge=1, le=14)] | None = None
+    film_permissible: Annotated[float, ValueRange("", gt=0.0, le=5.0)] | None = None
+    pressure_valid: Annotated[float, ValueRange("Pa", gt=0.0, le=1e10)] | None = None
+    calibration: CalibrationRecord | None = None
+    # missing values follow from the law
+    uncertainty: oil_laws.CardUncertainty = Field(default_factory=dict, validate_default=True)
     # factors of a `varied` card, for formulas of its oil with other inputs
-    factors: InputFactors = Field(default=InputFactors(), exclude=True)
+    factors: oil_laws.InputFactors = oil_laws.InputFactors()
 
     @field_validator("uncertainty", mode="before")
     @classmethod
@@ -134,7 +122,7 @@ class Oil(InputModel, Reportable):
         viscosity, alpha = info.data["viscosity"], info.data["pressure_viscosity"]
         base, certainty = info.data.get("base", "mineral"), info.data.get("certainty", "mixed")
         by_gold = isinstance(alpha, oil_laws.GoldAlpha) and alpha.anchor_value is None
-        return standard_uncertainty(viscosity, base if by_gold else None, certainty) | given
+        return oil_laws.standard_uncertainty(viscosity, base if by_gold else None, certainty) | given
 
     @classmethod
     def load(cls, name: str | Oil) -> Oil:
@@ -270,7 +258,7 @@ class Oil(InputModel, Reportable):
         """tau_L0 [Pa] and Lambda [-] of the card or its base oil."""
         if self.limiting_shear_coefficient is not None:
             return self.limiting_shear_ambient or 0.0, self.limiting_shear_coefficient
-        return self.limiting_shear_ambient or 0.0, FAMILIES[self.base].limit_slope
+        return self.limiting_shear_ambient or 0.0, OIL_FAMILIES[self.base].limit_slope
 
     def varied(self, **deviations: float) -> Oil:
         """The card with inputs shifted by multiples of the standard deviations in `uncertainty`.
@@ -298,8 +286,8 @@ class Oil(InputModel, Reportable):
         1.083
         """
         for name in deviations:
-            if name not in VARIABLES:
-                raise InputError(name, deviations[name], "one of " + ", ".join(VARIABLES))
+            if name not in oil_laws.VARIABLES:
+                raise InputError(name, deviations[name], "one of " + ", ".join(oil_laws.VARIABLES))
         factor = {name: math.exp(n * getattr(self.uncertainty, name)) for name, n in deviations.items()}
         factors = {name: getattr(self.factors, name) * value for name, value in factor.items()}
         changes: dict[str, Any] = {"factors": self.factors.model_copy(update=factors)}
@@ -370,7 +358,7 @@ class Oil(InputModel, Reportable):
         stress: float | LinearStress = (
             factors.eyring_stress * self.eyring_stress
             if self.eyring_stress is not None
-            else FAMILIES[self.base].eyring_stress(temperature).scaled(factors.eyring_stress)
+            else OIL_FAMILIES[self.base].eyring_stress(temperature).scaled(factors.eyring_stress)
         )
         if isinstance(law, WaltherViscosity):
             figures: dict[str, Any] = {
@@ -419,13 +407,6 @@ class Oil(InputModel, Reportable):
     def save(self, path: str | PathLike[str]) -> None:
         """Write the card as TOML in SI units; `InputError` if the path does not end in .toml."""
         oil_sheet.write_card(self, Path(path), "Oil card written by mixed-ehl")
-
-    @model_serializer(mode="wrap")
-    def _without_none(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        # without these keys the hash of a card, which is that of its text, does not change
-        content: dict[str, Any] = handler(self)
-        later = ("density_pressure", "conductivity_pressure")
-        return {name: value for name, value in content.items() if name not in later or value is not None}
 
     @model_validator(mode="after")
     def _possible(self) -> Self:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,8 +18,7 @@ from ehl.fluid.viscosity import GOLD_COEFFICIENTS, TEMPERATURE_RANGE, RoelandsLa
 if TYPE_CHECKING:
     from ehl.fluid.oil import Oil
 
-_KEPT: dict[tuple[Any, ...], Any] = {}  # cache by the properties of a card
-_MOST_KEPT = 512
+_MOST_KEPT = 512  # cards
 
 
 def stated(card: Oil, temperature: Any) -> Any:
@@ -45,60 +45,50 @@ def slope(card: Oil, temperature: Any) -> Any:
     if definition == "secant_200":
         return roelands_slope(stated(card, temperature), card.viscosity_dynamic(temperature))
 
-    def over_stated(at: FloatArray) -> FloatArray:
+    return stated(card, temperature) * _slope_over_stated(card)(temperature)
+
+
+@lru_cache(maxsize=_MOST_KEPT)
+def _slope_over_stated(card: Oil) -> TemperatureFit:
+    def ratio(at: FloatArray) -> FloatArray:
         value = stated(card, at)
         found = solve_constant(
             lambda alpha: RoelandsLaw(card.viscosity_dynamic(at), alpha, at, 0.0),  # type: ignore[arg-type]
             value,
-            definition,
+            card.alpha_definition,
             value,
         )
         return np.asarray(found / value)
 
-    return stated(card, temperature) * _fit(card, "slope", over_stated)(temperature)
+    return _fit(card, ratio)
 
 
+@lru_cache(maxsize=_MOST_KEPT)
 def factor(card: Oil) -> float:
     """Factor on ln(eta(p)/eta0) of the law with which it meets the anchor of the card."""
     law, viscosity = card.pressure_viscosity, card.viscosity
     if not isinstance(law, ModulusAlpha) or isinstance(viscosity, WaltherViscosity) or law.anchor_temperature is None:
         return 1.0
-    temperature, value, definition = law.anchor_temperature, law.anchor_value, card.alpha_definition
-    found = _kept((viscosity, law), lambda: scale_of_law(viscosity, temperature, value, definition))
-    return float(found)
+    return scale_of_law(viscosity, law.anchor_temperature, law.anchor_value, card.alpha_definition)
 
 
 def film(card: Oil, temperature: Any, alpha: Any) -> Any:
     """alpha_film of the law with its pressure_rise_factor [1/Pa]; `temperature` in K, `alpha` from `slope`."""
     if card.viscosity.law == "barus":
         return card.factors.pressure_viscosity * alpha
-
-    def over_slope(at: FloatArray) -> FloatArray:
-        return np.asarray(alpha_film(card.without_film(at).pressure_law) / slope(card, at))
-
-    return alpha * _fit(card, "film", over_slope)(temperature)
+    return alpha * _film_over_slope(card)(temperature)
 
 
-def _fit(card: Oil, what: str, function: Callable[[FloatArray], FloatArray]) -> TemperatureFit:
+@lru_cache(maxsize=_MOST_KEPT)
+def _film_over_slope(card: Oil) -> TemperatureFit:
+    return _fit(card, lambda at: np.asarray(alpha_film(card.without_film(at).pressure_law) / slope(card, at)))
+
+
+def _fit(card: Oil, function: Callable[[FloatArray], FloatArray]) -> TemperatureFit:
     low, high = TEMPERATURE_RANGE
     law = card.pressure_viscosity
     kinks = law.temperature[1:-1] if isinstance(law, TabulatedAlpha) else ()
-    ends = (low, *(at for at in kinks if low < at < high), high)
-    fit: TemperatureFit = _kept(_key(card, what), lambda: temperature_fit(function, ends))
-    return fit
-
-
-def _key(card: Oil, what: str) -> tuple[Any, ...]:
-    ambient = (card.viscosity_kinematic_40, card.viscosity_kinematic_100, card.density_15, card.density_temperature)
-    return (what, card.viscosity, card.pressure_viscosity, *ambient, card.factors)
-
-
-def _kept(key: tuple[Any, ...], make: Callable[[], Any]) -> Any:
-    if key not in _KEPT:
-        if len(_KEPT) >= _MOST_KEPT:
-            _KEPT.clear()
-        _KEPT[key] = make()
-    return _KEPT[key]
+    return temperature_fit(function, (low, *(at for at in kinks if low < at < high), high))
 
 
 def _between(law: TabulatedAlpha, temperature: Any) -> Any:

@@ -92,6 +92,7 @@ def both_viscosities(index: float, viscosity_40: float | None, viscosity_100: fl
 
 
 LEVEL_TEMPERATURE = 80.0 + KELVIN  # temperature of the secant of a family [K]
+STRESS_TEMPERATURE = 40.0 + KELVIN  # of tau00 [K]
 TEMPERATURES = (20.0 + KELVIN, 150.0 + KELVIN)
 ISO_VG = (10, 15, 22, 32, 46, 68, 100, 150, 220, 320, 460, 680, 1000, 1500)
 _NAME = re.compile(
@@ -102,7 +103,13 @@ _NAME = re.compile(
 
 @dataclass(frozen=True)
 class OilFamily:
-    """Mean properties of the oils of one base."""
+    """Mean properties of the oils of one base; shear for oils whose card has none (docs/shear.md).
+
+    Shear: tau0 = tau00 + c (T - 40 degC) + s p and tau_L = Lambda p. tau0 is the mean of 2 Lambda_A/alpha(p, T),
+    alpha = d ln(eta)/dp, over the FVA 400 oils of the family. Formula and Lambda_A are from Arana, Larranaga & Ulacia
+    (2019): Eyring flow with a constant ratio of the activation volumes of stress and pressure. The three constants are
+    fitted from 40 to 120 degC and 0 to 1.2 GPa.
+    """
 
     # a1 [Pa], a2 [Pa/K], b1, b2 [1/K] of the modulus law, T in degC, times the secant at 80 degC in 1/GPa
     shape: tuple[float, float, float, float]
@@ -112,51 +119,11 @@ class OilFamily:
     viscosity_100: tuple[float, float]  # k and m of nu100 = k nu40^m in cSt, if only the ISO VG is given
     density_15: float  # typical value [kg/m3]
     oils: tuple[str, ...]  # cards of the family
-
-
-# tuned: nu100 over nu40 (own fit) for mineral from fva2 and minr, for pao from pao100 and paor, for the others from one
-# oil each with a typical exponent; densities are typical of the cards
-OIL_FAMILIES = {
-    "mineral": OilFamily(
-        (402.1e6, 6.120e6, 0.5834, -5.261e-4), (9.20, 0.159), 0.11, (0.616, 0.623), 880.0,
-        ("fva3_400", "fva2", "fva2a", "fva2b", "hvi"),
-    ),
-    "hydrocracked": OilFamily(
-        (463.1e6, 5.592e6, 0.4051, 5.301e-4), (6.72, 0.174), 0.08, (0.790, 0.600), 850.0,
-        ("hc", "hc_additive", "hc_pma", "hc_pma_additive"),
-    ),
-    "pao": OilFamily(
-        (411.8e6, 6.395e6, 0.4598, -9.628e-4), (7.09, 0.144), 0.14, (0.531, 0.720), 850.0,
-        ("pao_ester", "pao_ester_additive", "pao_ester_additive_pma", "pao_ester_pao100", "pao_ester_pib"),
-    ),
-    "ester": OilFamily(
-        (462.6e6, 5.523e6, 0.3128, 2.062e-3), (6.02, 0.178), 0.14, (0.546, 0.720), 940.0,
-        ("pti_additive", "dia_pma", "ke", "ke_additive"),
-    ),
-    "polyglycol": OilFamily(
-        (511.1e6, 5.452e6, 0.06515, 2.482e-3), (4.19, 0.222), 0.22, (0.390, 0.850), 1050.0,
-        ("pg_1_1", "pg_0_1", "pg_kom1", "pg_kom2"),
-    ),
-}  # fmt: skip
-
-# Shear properties by base oil, for oils whose card has none (docs/shear.md).
-STRESS_TEMPERATURE = 40.0 + KELVIN
-
-
-@dataclass(frozen=True)
-class ShearFamily:
-    """Shear of one base oil: tau0 = tau00 + c (T - 40 degC) + s p and tau_L = Lambda p.
-
-    tau0 is the mean of 2 Lambda_A/alpha(p, T), alpha = d ln(eta)/dp, over the FVA 400 oils of the family. Formula and
-    Lambda_A are from Arana, Larranaga & Ulacia (2019): Eyring flow with a constant ratio of the activation volumes of
-    stress and pressure. The three constants are fitted from 40 to 120 degC and 0 to 1.2 GPa.
-    """
-
     stress: float  # tau00, at 40 degC and ambient pressure [Pa]
     stress_temperature: float  # c [Pa/K]
     stress_pressure: float  # s [-]
     ratio: float  # Lambda_A [-]
-    limit_slope: float  # lambda [-]
+    limit_slope: float  # Lambda [-]
     limit_range: tuple[float, float]  # range of published values of Lambda [-]
     source: str  # of Lambda_A and Lambda
 
@@ -166,36 +133,49 @@ class ShearFamily:
         return LinearStress(self.stress + self.stress_temperature * above, self.stress_pressure)
 
 
-# apparent modulus of the film without the compliance of the bodies: traction tests of 5P4E and Santotrac gave 0.3 to
-# 1 GPa (unverified); the lowest value is used for all oils (own choice, uncertain by a factor of 3)
-SHEAR_MODULUS = 0.3e9
-
+# tuned: nu100 over nu40 (own fit) for mineral from fva2 and minr, for pao from pao100 and paor, for the others from one
+# oil each with a typical exponent; densities are typical of the cards
+#
 # Lambda: mineral is the mean of LVI 260 (.047, Arana et al. 2019) and Shell T9 (.083, Habchi 2018). The ratios of PAO
 # and polyglycol to it are those of Arana et al. (.035 and .044 to .047), whose limit concerns mean friction. Ester lies
 # between paraffinic oil and PAO (order at 40 degC: Lubricants 2025 13:485). Lambda does not depend on temperature, as
 # for T9, the only published data. Lower ends are measured mean tractions of thrust ball bearings (FEUP)
-FAMILIES = {
-    "mineral": ShearFamily(
+OIL_FAMILIES = {
+    "mineral": OilFamily(
+        (402.1e6, 6.120e6, 0.5834, -5.261e-4), (9.20, 0.159), 0.11, (0.616, 0.623), 880.0,
+        ("fva3_400", "fva2", "fva2a", "fva2b", "hvi"),
         4.08e6, 3.22e4, 8.90e-3, 0.047, 0.065, (0.056, 0.083),
         "ratio published for LVI 260; limit: mean of LVI 260 and T9",
     ),
-    "hydrocracked": ShearFamily(
+    "hydrocracked": OilFamily(
+        (463.1e6, 5.592e6, 0.4051, 5.301e-4), (6.72, 0.174), 0.08, (0.790, 0.600), 850.0,
+        ("hc", "hc_additive", "hc_pma", "hc_pma_additive"),
         5.05e6, 4.31e4, 8.46e-3, 0.041, 0.057, (0.044, 0.065),
         "ratio and limit: mean of mineral oil and PAO (this work)",
     ),
-    "pao": ShearFamily(
+    "pao": OilFamily(
+        (411.8e6, 6.395e6, 0.4598, -9.628e-4), (7.09, 0.144), 0.14, (0.531, 0.720), 850.0,
+        ("pao_ester", "pao_ester_additive", "pao_ester_additive_pma", "pao_ester_pao100", "pao_ester_pib"),
         4.26e6, 3.90e4, 7.10e-3, 0.035, 0.048, (0.044, 0.062),
         "ratio published for PAO 100; limit: in proportion to that of mineral oil",
     ),
-    "ester": ShearFamily(
+    "ester": OilFamily(
+        (462.6e6, 5.523e6, 0.3128, 2.062e-3), (6.02, 0.178), 0.14, (0.546, 0.720), 940.0,
+        ("pti_additive", "dia_pma", "ke", "ke_additive"),
         4.15e6, 4.94e4, 1.085e-2, 0.041, 0.057, (0.043, 0.065),
         "ratio and limit: mean of mineral oil and PAO (order published)",
     ),
-    "polyglycol": ShearFamily(
+    "polyglycol": OilFamily(
+        (511.1e6, 5.452e6, 0.06515, 2.482e-3), (4.19, 0.222), 0.22, (0.390, 0.850), 1050.0,
+        ("pg_1_1", "pg_0_1", "pg_kom1", "pg_kom2"),
         5.44e6, 6.73e4, 5.88e-3, 0.044, 0.061, (0.044, 0.078),
         "ratio published; limit: in proportion to that of mineral oil",
     ),
 }  # fmt: skip
+
+# apparent modulus of the film without the compliance of the bodies: traction tests of 5P4E and Santotrac gave 0.3 to
+# 1 GPa (unverified); the lowest value is used for all oils (own choice, uncertain by a factor of 3)
+SHEAR_MODULUS = 0.3e9
 
 
 def vogel_constants(viscosity_40: float, viscosity_100: float, density_15: float, coefficient: float) -> dict[str, Any]:

@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Sequence
 from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from pydantic import BaseModel
 
-from ehl.common.data import data_path
+from ehl.common.data import data_rows
 from ehl.common.errors import InputError
-from ehl.common.figures import axes_or_new
+from ehl.common.figures import BLUE, GREY, ORANGE, axes_or_new
 from ehl.common.files import toml_text, write_file
 from ehl.common.quantities import axis_label, quantity, to_display
 from ehl.common.sections import Head, Medium, Picture, Section
 from ehl.common.table import Table
 from ehl.common.units import KELVIN, ValueRange
+from ehl.fluid.oil_laws import InputFactors
 from ehl.fluid.pressure_viscosity import DEFINITIONS, alpha_of
 from ehl.fluid.rheology import stress_at
 from ehl.fluid.viscosity import TEMPERATURE_RANGE
@@ -30,7 +29,7 @@ if TYPE_CHECKING:
 
 TEMPERATURES = (40.0 + KELVIN, 100.0 + KELVIN)
 PRESSURES = (0.0, 0.2e9, 0.4e9, 0.8e9, 1.2e9, 1.6e9)
-_COLOURS, _GREY = ("#1f5a99", "#c8651b", "#4b8b3b", "#8a4f9e"), "#8a8f98"
+_COLOURS = (BLUE, ORANGE, "#4b8b3b", "#8a4f9e")
 
 
 def temperatures_of(given: str | Sequence[float | str] | None) -> tuple[float, ...]:
@@ -79,8 +78,7 @@ def sheet(oil: Oil, temperatures: Sequence[float]) -> dict[str, Any]:
 def source_points() -> dict[str, list[tuple[float, float, float]]]:
     """Temperature [K], pressure [Pa] and viscosity [Pa s] by the law in the source of a card, for cards with one."""
     found: dict[str, list[tuple[float, float, float]]] = {}
-    text = data_path("reference", "oil_points.csv").read_text(encoding="utf-8")
-    for row in csv.DictReader(line for line in text.splitlines() if not line.startswith("#")):
+    for row in data_rows("reference", "oil_points.csv"):
         celsius, gigapascal, viscosity = (float(value) for value in list(row.values())[1:])
         found.setdefault(row["card"], []).append((celsius + KELVIN, 1e9 * gigapascal, 1e-3 * viscosity))
     return found
@@ -103,11 +101,11 @@ def plot_oil(oil: Oil, temperatures: Sequence[float], ax: Axes | None = None) ->
             place, eta = to_display("pressure", place), to_display("viscosity_inlet", eta)
             axes.plot(place, eta, "o", color=colour, ms=4, mfc="none")
     if known:
-        axes.plot([], [], "o", color=_GREY, ms=4, mfc="none", label="law of the source")
+        axes.plot([], [], "o", color=GREY, ms=4, mfc="none", label="law of the source")
     if oil.pressure_valid is not None:
-        axes.axvline(to_display("pressure", oil.pressure_valid), color=_GREY, lw=0.8, ls="--")
+        axes.axvline(to_display("pressure", oil.pressure_valid), color=GREY, lw=0.8, ls="--")
         end, place = to_display("pressure", oil.pressure_valid), axes.get_xaxis_transform()
-        axes.text(end, 0.02, " end of measured range", color=_GREY, transform=place, fontsize=8)
+        axes.text(end, 0.02, " end of measured range", color=GREY, transform=place, fontsize=8)
     axes.set(xlabel=axis_label("pressure"), ylabel="viscosity [mPa s]", xlim=(0.0, shown[-1]))
     axes.set_title(f"{oil.name}: viscosity, band: one standard deviation of ln(eta/eta0)", fontsize=10)
     axes.legend(frameon=False)
@@ -152,18 +150,13 @@ def oil_sections(card: Oil, temperatures: Sequence[float], medium: Medium) -> li
 
 def card_content(card: Oil) -> dict[str, Any]:
     """The values of a card in SI units."""
-    content: dict[str, Any] = card.model_dump(exclude_none=True)
-    for name, field in type(card).model_fields.items():  # fields excluded from the hash of a card
-        value = getattr(card, name)
-        if field.exclude and value is not None and value != field.default:
-            content[name] = value.model_dump() if isinstance(value, BaseModel) else value
-    return content
+    same = {"factors"} if card.factors == InputFactors() else set[str]()
+    return card.model_dump(exclude_none=True, exclude=same)
 
 
 def card_text(card: Oil, head: str) -> str:
     """The card as TOML in SI units; `head` is a comment in the first line."""
-    content = card_content(card)
-    return f"# {head}; numbers in SI units.\n" + toml_text(content)
+    return f"# {head}; numbers in SI units.\n" + toml_text(card_content(card))
 
 
 def write_card(card: Oil, path: Path, head: str) -> None:

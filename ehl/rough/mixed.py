@@ -28,7 +28,7 @@ from ehl.line_contact import LineContact
 from ehl.rough import RoughSurfaces, TransientResult, solve_transient
 from ehl.rough.accuracy import BUDGET, NODES_MIN, level_of, mesh_length, min_nodes
 from ehl.rough.multilevel import ERROR_ALLOWED
-from ehl.surface.measured_profile import detrended, gaussian_mean_line, load_profile, profile_points
+from ehl.surface.measured_surface import detrended, gaussian_mean_line, load_profile, profile_points
 from ehl.surface.roughness import CUTOFF_PER_CORRELATION_LENGTH, RoughProfile, SelfAffine, generate_profile
 
 STYLUS_CUTOFF = 2.5e-6  # shortest wavelength in Rq [m]
@@ -160,7 +160,8 @@ def worn(profile: RoughProfile, rms: float) -> RoughProfile:
     heights = np.minimum(profile.heights, level)
     depths = [f"{1e9 * depth:.0f} nm" for depth in (high - level, float(np.mean(profile.heights - heights)))]
     note = f"running-in: peaks worn by up to {depths[0]}, {depths[1]} in the mean"
-    return RoughProfile.of(heights, profile.spacing, cutoff=profile.cutoff, source=profile.source, notes=(note,))
+    found = RoughProfile.of(heights, profile.spacing, cutoff=profile.cutoff)
+    return replace(found, source=profile.source, notes=(note,))
 
 
 # tuned with validation/mixed_shortcuts.py: shortest wave of a self-affine profile over lc; shorter ones change mu by

@@ -141,21 +141,13 @@ class RoughProfile:
     notes: tuple[str, ...] = ()
 
     @classmethod
-    def of(
-        cls,
-        heights: FloatArray,
-        spacing: float,
-        *,
-        cutoff: float,
-        source: str = "measured",
-        notes: tuple[str, ...] = (),
-    ) -> RoughProfile:
-        """Profile from its heights, whose mean is subtracted."""
+    def of(cls, heights: FloatArray, spacing: float, *, cutoff: float) -> RoughProfile:
+        """Profile from measured heights, whose mean is subtracted."""
         z = np.asarray(heights, dtype=float) - np.mean(heights)
         z.setflags(write=False)
         rms, skewness, kurtosis = moments(z)
         lc = measured_correlation_length(z, spacing)
-        return cls(z, float(spacing), rms, skewness, kurtosis, lc, float(cutoff), source, notes)
+        return cls(z, float(spacing), rms, skewness, kurtosis, lc, float(cutoff))
 
     @property
     def length(self) -> float:

@@ -8,7 +8,7 @@ from typing import Any, Generic, TypeVar
 from ehl.common.runner import run_tasks
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
-from ehl.fluid.oil_uncertainty import VARIABLES
+from ehl.fluid.oil_laws import VARIABLES
 from ehl.fluid.rheology import PressureStress
 from ehl.inputs import ContactProblem
 from ehl.uncertainty.result import LEVEL, Change, InputUncertainty, score_of
@@ -28,7 +28,7 @@ LIMITS = {
 
 
 def varied_lubricant(lubricant: Lubricant, name: str, factor: float) -> Lubricant:
-    """The lubricant with one property of `ehl.fluid.oil_uncertainty.VARIABLES` times a factor."""
+    """The lubricant with one property of `ehl.fluid.oil_laws.VARIABLES` times a factor."""
     stress = lubricant.eyring_stress
     scaled = stress.scaled(factor) if isinstance(stress, PressureStress) else factor * stress
     changes: dict[str, dict[str, Any]] = {

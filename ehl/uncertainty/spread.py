@@ -7,7 +7,6 @@ The table was computed by `validation/input_sensitivities.py`: means over solved
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -18,12 +17,12 @@ import numpy as np
 from pydantic import PrivateAttr
 
 from ehl.common.arrays import FloatArray
-from ehl.common.data import data_path
+from ehl.common.data import data_rows
 from ehl.common.errors import InputError
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel
 from ehl.fluid.oil import Oil
-from ehl.fluid.oil_uncertainty import VARIABLES
+from ehl.fluid.oil_laws import VARIABLES
 from ehl.surface.finish import HALF_RANGE, LEAST_PEKLENIK, Figure, surface_uncertainty, with_lay_ratio
 
 FILE = "sensitivities.csv"
@@ -35,10 +34,9 @@ FILM_TO_SHARE = "boundary_film_share"  # slopes of the logit of the asperity loa
 def _slopes() -> dict[str, tuple[FloatArray, FloatArray, FloatArray]]:
     """For each input: ln of the film ratios, slopes of ln mu below and above the value."""
     rows: dict[str, list[tuple[float, ...]]] = {}
-    with data_path(FILE).open(encoding="utf-8", newline="") as file:
-        for row in csv.DictReader(file):
-            numbers = tuple(float(row[name]) for name in ("film_ratio", "slope_below", "slope_above"))
-            rows.setdefault(row["input"], []).append(numbers)
+    for row in data_rows(FILE):
+        numbers = tuple(float(row[name]) for name in ("film_ratio", "slope_below", "slope_above"))
+        rows.setdefault(row["input"], []).append(numbers)
     columns = {name: np.array(sorted(found)).T for name, found in rows.items()}
     return {name: (np.log(ratios), below, above) for name, (ratios, below, above) in columns.items()}
 
@@ -55,9 +53,9 @@ def stated_change(
         return None
     nodes, below, above = _slopes()[name]
     place = np.log(np.clip(film_ratio, 1e-6, 1e6))
-    felt = np.where(np.isfinite(film_ratio) | (name in ("temperature_bulk", "conductivity_solid")), 1.0, 0.0)
+    weight = np.where(np.isfinite(film_ratio) | (name in ("temperature_bulk", "conductivity_solid")), 1.0, 0.0)
     down, up = spread.shift(-score), spread.shift(score)
-    return felt * down * np.interp(place, nodes, below), felt * up * np.interp(place, nodes, above)
+    return weight * down * np.interp(place, nodes, below), weight * up * np.interp(place, nodes, above)
 
 
 Kind = Literal["relative", "absolute"]

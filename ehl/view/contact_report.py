@@ -17,7 +17,6 @@ from ehl.common.notes import CONTACT_NOTES, Note, group_notes
 from ehl.common.quantities import axis_label, plus_minus, quantity, to_display
 from ehl.common.sections import Folded, Head, Item, KeyFigures, MainResult, Medium, Notes, Picture, Row, Section, Text
 from ehl.common.table import Table
-from ehl.heat.traction import ThermalTraction
 from ehl.inputs import ContactProblem
 from ehl.line_contact import LineContact
 from ehl.rough import TransientResult
@@ -222,7 +221,7 @@ def plot_contact(result: Any, ax: Axes | None = None) -> Axes:
         raise InputError("plot", result.reason, "a solved contact")
     if ax is None and result.transient is not None:
         return plot_transient(result.problem, result.transient, result.isothermal, _caption(result))
-    return _plot_smooth(result.problem.line, result.film, result.heat, _caption(result), ax)
+    return _plot_smooth(result, ax)
 
 
 def _caption(result: Any) -> str:
@@ -243,10 +242,9 @@ def _caption(result: Any) -> str:
     return f"{first}\n{second},  {result.status} {reason_text(result.reason)}".rstrip()
 
 
-def _plot_smooth(
-    line: LineContact, film: SteadyResult, heat: ThermalTraction | None, title: str, ax: Axes | None
-) -> Axes:
+def _plot_smooth(result: Any, ax: Axes | None) -> Axes:
     """Pressure and film over x/b with the Hertz pressure; temperatures in a second plot if they were computed."""
+    line, film, heat = result.problem.line, result.film, result.heat
     b = line.half_width
     temperature_axes = None
     if ax is not None:
@@ -265,7 +263,7 @@ def _plot_smooth(
     )
     lines = [*axes.get_lines(), *film_axes.get_lines()]
     axes.legend(lines, [str(line.get_label()) for line in lines], loc="upper right", frameon=False)
-    axes.set_title(title)
+    axes.set_title(_caption(result))
     if heat and temperature_axes:
         surfaces = {"surface 1": heat.temperature_flash_1, "surface 2": heat.temperature_flash_2}
         _temperatures(temperature_axes, heat.x / b, heat.temperature_film, surfaces)

@@ -16,13 +16,12 @@ import pandas as pd
 from ehl.common.data import counted_reasons, data_names, named_file
 from ehl.common.errors import InputError
 from ehl.common.files import replacing
-from ehl.common.pages import TableResult
+from ehl.common.pages import TableResult, Tabular
 from ehl.common.progress import duration
 from ehl.common.quantities import quantity
 from ehl.common.sections import Head, Medium, Section
 from ehl.common.table import Column, Table
 from ehl.common.table_reader import harmless
-from ehl.common.tabular import Tabular
 from ehl.fluid.oil import Oil
 from ehl.fluid.pressure_viscosity import alpha_film
 from ehl.fluid.viscosity import RoelandsLaw

@@ -24,7 +24,7 @@ from ehl.common.errors import InputError
 from ehl.common.files import write_file
 from ehl.common.journal import header_of, read_rows
 from ehl.common.quantities import si_units
-from ehl.common.validation import told_kind
+from ehl.common.validation import kind_sentence
 from regression import __version__
 from regression.friction.conditions import LUBRICANT_UNITS, STATE_UNITS
 
@@ -108,7 +108,7 @@ def run_files(run: Path) -> list[Path]:
     hint = "Run `mixed-ehl sweep PLAN.toml -o RUN` first."
     if os.path.isfile(run):
         if run.suffix not in (JOURNAL, ".h5") and not h5py.is_hdf5(run):
-            kind = told_kind(run.read_text(encoding="utf-8", errors="replace"))
+            kind = kind_sentence(run.read_text(encoding="utf-8", errors="replace"))
             raise InputError("run", str(run), "a folder or file of results", f"{kind} {hint}".strip())
         return [run]
     found = sorted([*run.glob(f"*{JOURNAL}"), *run.glob("*.h5")]) if os.path.isdir(run) else []

@@ -1,17 +1,37 @@
 """Identity of the oil cards of data: hash of their values."""
 
 import hashlib
+from collections.abc import Container
 from functools import lru_cache
+from typing import Any
+
+from pydantic_core import to_json
 
 from ehl.common.errors import InputError
 from ehl.common.validation import InputModel
 from ehl.fluid.oil import Oil
 
+# origin, range and uncertainty do not change the values of a card. Scuffing stage and permissible film have no effect
+# on friction, and the shear modulus none at the slip of fitted formulas. Formulas that were fitted with a constant
+# Eyring stress remain valid for a rising one, and those of an oil for its `varied` cards
+_NOT_HASHED = {
+    *("description", "source", "pressure_valid", "calibration", "uncertainty", "fzg_stage", "film_permissible"),
+    *("shear_modulus", "eyring_stress_pressure", "factors"),
+}
+
 
 @lru_cache(maxsize=64)
 def card_hash(oil: Oil) -> str:
-    """Hash of the values of an oil card, without description and source."""
-    return hashlib.sha256(oil.model_dump_json(exclude={"description", "source"}).encode()).hexdigest()
+    """Hash of the values of an oil card that determine friction."""
+    content = _given(oil.model_dump(exclude=_NOT_HASHED), {"density_pressure", "conductivity_pressure"})
+    law = content["pressure_viscosity"]
+    own = {"alpha_definition"} if law["law"] in ("table", "gold") else law
+    return hashlib.sha256(to_json(content | {"pressure_viscosity": _given(law, own)})).hexdigest()
+
+
+def _given(table: dict[str, Any], optional: Container[str]) -> dict[str, Any]:
+    """A table without its optional keys that have no value."""
+    return {name: value for name, value in table.items() if value is not None or name not in optional}
 
 
 class OilIdentity(InputModel):

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ehl.fluid.oil import Oil
-from ehl.fluid.oil_family import FAMILIES
+from ehl.fluid.oil_family import OIL_FAMILIES
 from regression.friction import published as p
 from regression.friction.conditions import Array, Conditions, film_over_roughness, inlet_heating
 from regression.friction.models import FrictionEstimate, FrictionFlag, FrictionModel
@@ -133,7 +133,7 @@ def _arana_fluid(c: Conditions, base: str) -> Array:
         c["pressure_viscosity"],
         c["speed_sliding"],
         _arana_film(c),
-        FAMILIES[base].ratio,  # Lambda of the authors limits the mean friction and is no property of the oil
+        OIL_FAMILIES[base].ratio,  # Lambda of the authors limits the mean friction and is no property of the oil
     )
 
 

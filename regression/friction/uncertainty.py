@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from ehl.fluid.oil import Oil
-from ehl.fluid.oil_uncertainty import VARIABLES
+from ehl.fluid.oil_laws import VARIABLES
 from ehl.fluid.viscosity import TEMPERATURE_RANGE
 from ehl.inputs import SurfaceInput
 from ehl.state import ContactState

@@ -17,9 +17,8 @@ import efficiency
 import efficiency.axle.bearings
 import ehl
 from efficiency.axle.axle_input import MethodsInput
-from ehl.common.data import _sentences, data_path
+from ehl.common.data import Citation, _sentences, data_path
 from ehl.common.quantities import quantities
-from ehl.common.references import Citation
 from ehl.fluid.lubricant import FilmConductivity
 from ehl.line_contact import moes_1992
 from regression.calibration.measurement import COLUMNS

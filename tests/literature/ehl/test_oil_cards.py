@@ -13,7 +13,7 @@ from refusals import refuses
 from ehl.common.data import data_names, data_path
 from ehl.common.units import KELVIN
 from ehl.fluid.oil import Oil
-from ehl.fluid.oil_family import FAMILIES, OIL_FAMILIES, astm_d2270, both_viscosities, generic_card, generic_name
+from ehl.fluid.oil_family import OIL_FAMILIES, astm_d2270, both_viscosities, generic_card, generic_name
 
 
 def rows(name: str) -> dict[str, dict[str, Any]]:
@@ -156,10 +156,10 @@ def eyring_stress_arana_2019(row: dict[str, Any], ratio: float, pascal: float, c
     return 2.0 * ratio * 1e5 * (low + stiffening * bar) ** 2 / low
 
 
-@pytest.mark.parametrize("base", FAMILIES)
+@pytest.mark.parametrize("base", OIL_FAMILIES)
 def test_the_eyring_stress_of_a_base_oil_is_that_of_its_fva_400_oils(base: str) -> None:
     """Geometric mean over the oils that have a card; the linear law within 10 % of it in the mean, 20 % anywhere."""
-    family, missed = FAMILIES[base], []
+    family, missed = OIL_FAMILIES[base], []
     rows_of_base = [FVA[card] for card in OIL_FAMILIES[base].oils if card in SHIPPED]
     assert family.ratio == RATIOS[base]
     for celsius in (40.0, 60.0, 80.0, 100.0, 120.0):
@@ -179,7 +179,7 @@ def test_no_limit_lies_below_measured_mean_traction(card: str) -> None:
         measured = tomllib.load(file)["ball_bearing_traction"]
     ambient, slope = Oil.load(card).limiting_stress
     assert slope + ambient / 1e9 > measured[card]
-    low, high = FAMILIES[Oil.load(card).base].limit_range
+    low, high = OIL_FAMILIES[Oil.load(card).base].limit_range
     assert low <= slope <= high
 
 

@@ -15,7 +15,7 @@ import ehl
 from ehl.common.data import data_path
 from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
-from ehl.fluid.oil_uncertainty import standard_uncertainty
+from ehl.fluid.oil_laws import standard_uncertainty
 from ehl.inputs import ContactProblem
 from ehl.surface.finish import Additive, Finish, lay_seen
 from ehl.uncertainty import spread as spread_module

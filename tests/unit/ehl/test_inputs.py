@@ -11,13 +11,13 @@ from refusals import refuses
 from samples import CONTACT
 
 from efficiency.design.design import Design
-from ehl.common.validation import expected_input, locate_field, looks_like, validate
+from ehl.common.validation import locate_field, looks_like, validate
 from ehl.contact import Contact
 from ehl.fluid.lubricant_inputs import DirectLubricant, OilLubricant
 from ehl.fluid.oil import Oil
 from ehl.inputs import SurfaceInput
 from ehl.material import Material
-from ehl.surface.measured_profile import load_profile
+from ehl.surface.measured_surface import load_profile
 from regression.formula import Formula
 
 BASE: dict[str, Any] = {
@@ -139,7 +139,7 @@ def test_quantities_of_a_rig_are_refused_with_what_to_give(table: str, key: str,
 def test_place_and_words(model: type[BaseModel], loc: tuple[str | int, ...], path: str, words: str) -> None:
     place = locate_field(model, loc)
     assert ".".join(place.path) == path
-    assert words in expected_input(place, path)
+    assert words in place.expected
     cutter = locate_field(Design, ("pinion", "concave", "cut", "cutter", "face_milling", "type"))
     assert ".".join(cutter.path) == "pinion.concave.cutter.type"
 
@@ -156,7 +156,7 @@ class Anything(BaseModel):
 def test_places_below_unions_and_lists_of_anything() -> None:
     assert locate_field(Contact, ("lubricant", "card", "colour")).owner is OilLubricant
     assert locate_field(Contact, ("lubricant", "direct", "colour")).owner is DirectLubricant
-    assert expected_input(locate_field(Contact, ("lubricant", "direct", "colour")), "") == ""
+    assert locate_field(Contact, ("lubricant", "direct", "colour")).expected == ""
     assert locate_field(Anything, ("shape", "round", "kind")).owner is Round
     assert locate_field(Anything, ("shape", "square")).owner is not Round
     assert locate_field(Anything, ("rest", 0, "key")).path == ("rest", "0", "key")

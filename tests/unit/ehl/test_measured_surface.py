@@ -21,10 +21,17 @@ from ehl.common.errors import InputError
 from ehl.common.validation import validate
 from ehl.contact import Contact
 from ehl.rough.mixed import rough_surfaces, worn
-from ehl.surface import measured_profile
 from ehl.surface.finish import Finish
-from ehl.surface.measured_profile import gaussian_mean_line, load_profile, prepared_profile, profile_points
-from ehl.surface.measured_surface import mean_spacing, measured_surface, rms_slope
+from ehl.surface.measured_surface import (
+    gaussian_mean_line,
+    joined_ends,
+    load_profile,
+    mean_spacing,
+    measured_surface,
+    prepared_profile,
+    profile_points,
+    rms_slope,
+)
 from ehl.surface.profile_file import read_heights, read_topography
 from ehl.surface.roughness import generate_profile
 from ehl.uncertainty.contact_design import uncertain_contact_inputs
@@ -369,7 +376,7 @@ def test_gaussian_filter_transmission(ratio, passes):
 def test_joined_ends_are_periodic_and_keep_the_rms():
     heights = np.random.default_rng(3).standard_normal(20000)
     smooth = gaussian_mean_line(heights, 1.0, 40.0)
-    joined = measured_profile.joined_ends(smooth, 4000)
+    joined = joined_ends(smooth, 4000)
     assert len(joined) == 16000
     assert abs(joined[0] - joined[-1]) < 3.0 * np.abs(np.diff(smooth)).max()
     assert np.std(joined[:4000]) == pytest.approx(np.std(smooth), rel=0.1)
