@@ -213,6 +213,16 @@ def _left_out(model: InputModel, where: str) -> Iterator[str]:
             yield f"{where}{name} = {value if not unit else f'{factor * value:.6g} {shown}'}"
 
 
+def check_pressure_angles(inputs: PairBlankInput, generated: tuple[float, float], limit: float) -> None:
+    """Refuse generated pressure angles outside the range of blades."""
+    for name, alpha in zip(("drive", "coast"), generated, strict=True):
+        if not 5.0 <= degrees(alpha) <= 40.0:
+            stated = f"{degrees(getattr(inputs.pressure_angle, name)):.4g} deg"
+            hint = f"The limit pressure angle is {degrees(limit):.4g} deg: change limit_influence, offset or cutter."
+            allowed = f"a generated angle of 5 to 40 deg, here {degrees(alpha):.4g} deg"
+            raise InputError(f"pressure_angle.{name}", stated, allowed, hint)
+
+
 def load_blank(name: str | Path) -> PairBlankInput:
     """Read and check a blank file, or a shipped blank by its name."""
     path = named_file("blank", "blanks", name)

@@ -212,9 +212,8 @@ class _Flank:
         self.contact_line = self._contact_line()
         self.mid_zone_factor = self._mid_zone_factor()
         self.elasticity_factor = math.sqrt(_STEEL[0] / (2.0 * math.pi * (1.0 - _STEEL[1] ** 2)))  # (51)
-        self.hypoid_factor = hypoid_factor(
-            pair.pinion.mean_spiral_angle, pair.gear.mean_spiral_angle, self.alpha_n, self.alpha_e
-        )
+        spirals = pair.pinion.mean_spiral_angle, pair.gear.mean_spiral_angle
+        self.hypoid_factor = hypoid_factor(*spirals, self.alpha_n, self.alpha_e)
         speed = 0.5 * inputs.speed / pair.ratio * pair.gear.mean_diameter
         self.film_factors = (
             lubricant_factor(inputs.contact_endurance, inputs.viscosity_kinematic_40)
