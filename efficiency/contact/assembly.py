@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from efficiency.cutting.machine import cross, dot, spin, turn
@@ -161,14 +162,8 @@ class RigidMove:
     rotation: FloatArray  # (3,) rotation vector [rad]
 
     def turned(self, vector: FloatArray) -> FloatArray:
-        """A vector after the rotation (Rodrigues)."""
-        angle = float(np.linalg.norm(self.rotation))
-        if angle == 0.0:
-            return vector
-        axis = self.rotation / angle
-        across = np.cross(axis, vector)
-        found: FloatArray = vector + np.sin(angle) * across + (1.0 - np.cos(angle)) * np.cross(axis, across)
-        return found
+        """A vector after the rotation."""
+        return np.asarray(scipy.spatial.transform.Rotation.from_rotvec(self.rotation).apply(vector))
 
     def moved(self, point: FloatArray) -> FloatArray:
         """A point of the member after the displacement [m]."""

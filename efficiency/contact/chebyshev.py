@@ -113,6 +113,11 @@ class Patch:
         along, over = self._basis(u, v, du, dv)
         return np.asarray(np.real(self._sum(along, over, names)), dtype=np.float64)
 
+    def matrix(self, u: FloatArray, v: FloatArray, du: int = 0, dv: int = 0) -> FloatArray:
+        """Values, or derivatives of order `du`, `dv`, of the products of polynomials at n points, (n, nu nv)."""
+        along, over = self._basis(u, v, du, dv)
+        return np.asarray(along.T[:, :, None] * over.T[:, None, :], np.float64).reshape(u.size, -1)
+
     def slopes(self, u: Array, v: Array, names: tuple[str, ...]) -> tuple[Array, Array, Array]:
         """Values and first derivatives along u and v at n points, real or complex, each (len(names), n)."""
         along, over = self._basis(u, v, 0, 0)
@@ -155,8 +160,7 @@ class PointFit:
         v: FloatArray,
     ) -> None:
         self._empty = Patch(("none",), u_range, v_range, np.zeros((*shape, 1)))
-        along, over = self._empty._basis(u, v, 0, 0)
-        matrix = np.asarray(along.T[:, :, None] * over.T[:, None, :]).reshape(u.size, -1)
+        matrix = self._empty.matrix(u, v)
         self._basis, triangle, self._order = scipy.linalg.qr(matrix, mode="economic", pivoting=True, check_finite=False)
         size = np.abs(np.diag(triangle))
         self._rank = int(np.count_nonzero(size > _RANK * size[0]))

@@ -11,7 +11,7 @@ squares; its degree minimises the leave-one-out error.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Self
 
@@ -194,7 +194,7 @@ def conjugate_flank(gear: Flank, blank: Blank, assembly: Assembly, relief: EaseO
     side: FlankSide = "convex" if gear.side == "concave" else "concave"
     flank = ConjugateFlank(side, blank, assembly, patch, 1.0, start, place, ORIGIN, error)
     looks = dot(flank.points(start).normal, conjugate.normal[:, nearest : nearest + 1])
-    return ConjugateFlank(side, blank, assembly, patch, -float(np.sign(looks[0])), start, place, ORIGIN, error)
+    return replace(flank, sense=-float(np.sign(looks[0])))
 
 
 def regular_points(

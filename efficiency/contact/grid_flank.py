@@ -13,11 +13,11 @@ normals if this reduces the error. The degree minimises the leave-one-out error,
 
 import math
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 from efficiency.contact.chebyshev import Patch
@@ -265,25 +265,12 @@ class _Samples:
 
     def rows(self, shape: tuple[int, int]) -> tuple[FloatArray, FloatArray]:
         """Equations (n, 1 or 3, coefficients) and their right-hand sides (n, 1 or 3), slopes weighted by lengths."""
-        along: list[FloatArray] = []
-        over: list[FloatArray] = []
-        for at, (low, high), count, basis in (
-            (self.u, self.u_range, shape[0], along),
-            (self.v, self.v_range, shape[1], over),
-        ):
-            x = 2.0 * (at - low) / (high - low) - 1.0
-            basis.append(np.asarray(chebyshev.chebvander(x, count - 1), np.float64))
-            slope = chebyshev.chebder(np.eye(count), scl=2.0 / (high - low)) if count > 1 else np.zeros((1, 1))
-            basis.append(np.asarray(chebyshev.chebvander(x, slope.shape[0] - 1) @ slope, np.float64))
-
-        def product(a: FloatArray, b: FloatArray) -> FloatArray:
-            return np.asarray((a[:, :, None] * b[:, None, :]).reshape(self.u.size, -1))
-
-        parts, values = [product(along[0], over[0])], [self.azimuth]
+        matrix = partial(self._patch(np.zeros((*shape, 1))).matrix, self.u, self.v)
+        parts, values = [matrix()], [self.azimuth]
         if self.slopes is not None:
             # a slope over a third of the distance of the points has the weight of a point
             steps = 0.33 * np.array([np.ptp(self.u), np.ptp(self.v)]) / np.sqrt(self.u.size)
-            parts += [steps[0] * product(along[1], over[0]), steps[1] * product(along[0], over[1])]
+            parts += [steps[0] * matrix(du=1), steps[1] * matrix(dv=1)]
             values += [steps[0] * self.slopes[0], steps[1] * self.slopes[1]]
         return np.stack(parts, axis=1), np.stack(values, axis=1)
 
@@ -291,7 +278,10 @@ class _Samples:
         """Fit of the azimuth."""
         matrix, values = self.rows(shape)
         solution = np.linalg.lstsq(matrix.reshape(-1, matrix.shape[-1]), values.ravel(), rcond=None)[0]
-        return Patch(("azimuth",), self.u_range, self.v_range, np.asarray(solution, np.float64).reshape(*shape, 1))
+        return self._patch(np.asarray(solution, np.float64).reshape(*shape, 1))
+
+    def _patch(self, coefficients: FloatArray) -> Patch:
+        return Patch(("azimuth",), self.u_range, self.v_range, coefficients)
 
     def left_out(self, shape: tuple[int, int]) -> FloatArray:
         """Leave-one-out error of each point [rad]."""

@@ -39,53 +39,42 @@ class PairDimensions:
     blank: PairBlank  # its drive side is the concave pinion and convex gear flank
     assembly: Assembly  # position of the axes, aligned
     hand_gear: float  # +1 for a right-hand gear, -1 for a left-hand one
-
-    @property
-    def pinion(self) -> Blank:
-        """Blank of the pinion."""
-        return self.blank.pinion.cones
-
-    @property
-    def gear(self) -> Blank:
-        """Blank of the gear."""
-        return self.blank.gear.cones
-
-    @property
-    def process(self) -> CuttingProcess:
-        """Indexing of the head."""
-        return PROCESSES[self.blank.process]
-
-    @property
-    def generation(self) -> Generation:
-        """Generation of the gear profile."""
-        return GENERATIONS[self.blank.gear_cutting]
-
-    @property
-    def offset_angle(self) -> float:
-        """Azimuth of the mean point of the gear in the mesh frame [rad]."""
-        return self.hand_gear * self.blank.offset_angle
-
-    @property
-    def calculation_gear(self) -> float:
-        """Distance of the calculation point of the gear from the middle of the face towards the heel [m]."""
-        return -self.blank.gear.middle_shift
+    # blanks of the members
+    pinion: Blank
+    gear: Blank
+    process: CuttingProcess  # indexing of the head
+    generation: Generation  # generation of the gear profile
+    offset_angle: float  # azimuth of the mean point of the gear in the mesh frame [rad]
+    # calculation point of the gear [m]: distance from the middle of the face towards the heel; radius, axial position
+    calculation_gear: float
+    point_gear: tuple[float, float]
+    slot_angle: float  # angular width of a gear slot at that point [rad]
 
     def pressure(self, side: FlankSide) -> float:
         """Normal pressure angle of a gear flank [rad]."""
         return self.blank.pressure_angle_coast if side == "concave" else self.blank.pressure_angle_drive
 
-    @property
-    def point_gear(self) -> tuple[float, float]:
-        """Radius and axial position of the calculation point of the gear [m]."""
-        radius, z = self.gear.axial(np.array([self.calculation_gear]), np.zeros(1))
-        return float(radius[0]), float(z[0])
 
-    @property
-    def slot_angle(self) -> float:
-        """Angular width of a gear slot at the calculation point [rad]."""
-        radius = self.point_gear[0]
-        thickness = self.blank.gear.mean_normal_thickness
-        return float(2.0 * np.pi / self.gear.teeth - thickness / (radius * np.cos(self.blank.gear.mean_spiral_angle)))
+def pair_dimensions(blank: PairBlank) -> PairDimensions:
+    """Dimensions of a pair from its blank."""
+    hand = 1.0 if blank.gear.hand == "right" else -1.0
+    assembly = Assembly(blank.pinion.teeth, blank.gear.teeth, blank.shaft_angle, hand * blank.hypoid_offset)
+    gear, shift = blank.gear.cones, -blank.gear.middle_shift
+    radius, z = (float(x[0]) for x in gear.axial(np.array([shift]), np.zeros(1)))
+    tooth = blank.gear.mean_normal_thickness / (radius * np.cos(blank.gear.mean_spiral_angle))
+    return PairDimensions(
+        blank,
+        assembly,
+        hand,
+        pinion=blank.pinion.cones,
+        gear=gear,
+        process=PROCESSES[blank.process],
+        generation=GENERATIONS[blank.gear_cutting],
+        offset_angle=hand * blank.offset_angle,
+        calculation_gear=shift,
+        point_gear=(radius, z),
+        slot_angle=float(2.0 * np.pi / gear.teeth - tooth),
+    )
 
 
 @dataclass(frozen=True)
@@ -204,18 +193,15 @@ def _milled(pair: PairDimensions) -> GearCut:
         return _cut(pair, tool, angle, blades)
 
     def excess(x: FloatArray) -> FloatArray:
-        azimuth, spiral, pressure = [], [], []
-        made = cut(x)
+        azimuth, spiral, pressure, made = [], [], [], cut(x)
         for side in FLANK_SIDES:
             points, found = made.flank(side).solve(*place)
             if not found.all():
                 raise ConvergenceError("gear_settings", f"the {side} gear flank does not reach its calculation point")
             azimuth.append(float(points.azimuth[0]))
             # spiral angle, positive for the hand of the member
-            normal, c, s = points.normal[:, 0], np.cos(azimuth[-1]), np.sin(azimuth[-1])
-            outwards, around = normal[0] * c + normal[1] * s, normal[1] * c - normal[0] * s
-            along = outwards * np.sin(pair.gear.pitch_angle) + normal[2] * np.cos(pair.gear.pitch_angle)
-            spiral.append(-pair.hand_gear * float(np.arctan(along / around)))
+            turn = radius * float(points.winding(pair.gear.pitch_angle)[0])
+            spiral.append(pair.hand_gear * float(np.arctan(turn)))
             pressure.append(float(points.angles(pair.gear.pitch_angle)[1][0]))
         slot = np.angle(np.exp(1j * (azimuth[1] - azimuth[0]))) * pair.hand_gear
         return np.array(
@@ -249,10 +235,3 @@ GEAR_CUTS: dict[str, Callable[[PairDimensions], GearCut]] = {
     "face_hobbing": _hobbed,
     "two_part_face_hobbing": _hobbed,
 }
-
-
-def pair_dimensions(blank: PairBlank) -> PairDimensions:
-    """Dimensions of a pair from its blank."""
-    hand = 1.0 if blank.gear.hand == "right" else -1.0
-    assembly = Assembly(blank.pinion.teeth, blank.gear.teeth, blank.shaft_angle, hand * blank.hypoid_offset)
-    return PairDimensions(blank, assembly, hand)
