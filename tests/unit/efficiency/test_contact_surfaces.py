@@ -189,8 +189,8 @@ def test_table_of_ease_off(tmp_path: Path) -> None:
     assert given(np.array([0.5]), np.array([-1.0]))[0] == pytest.approx((7.5 + 2.0 - 3.0) * 1e-6, rel=1e-9)
 
 
-BAD = {"0,0,nan\n": "line 2", "12,0,1\n": "line 2", "0,0,1\n": "1 points", "0,0,1\n" * 9: "spread"}
-BAD = {"a,b,c\n0,0,0\n": "first line"} | {f"length,depth,ease_off\n{rows}": named for rows, named in BAD.items()}
+BAD = {"0,0,nan\n": "row 2", "12,0,1\n": "row 2", "0,0,1\n": "1 points", "0,0,1\n" * 9: "spread"}
+BAD = {"a,b,c\n0,0,0\n": "header"} | {f"length,depth,ease_off\n{rows}": named for rows, named in BAD.items()}
 
 
 @pytest.mark.parametrize(("text", "named"), BAD.items())
