@@ -7,15 +7,9 @@ from dataclasses import dataclass, replace
 from functools import partial
 from math import asin, atan, atan2, cos, radians, sin, tan
 
+from efficiency.blanks import tangency
 from efficiency.blanks.inputs import PairBlankInput
-from efficiency.blanks.tangency import (
-    PitchCones,
-    bevel_cones,
-    crown_gear,
-    gear_cone_method,
-    gear_mean_diameter,
-    printed_trials,
-)
+from efficiency.blanks.tangency import PitchCones, bevel_cones
 from ehl.common.errors import ConvergenceError, InputError
 
 
@@ -32,7 +26,7 @@ def method_2(inputs: PairBlankInput) -> PitchCones:
         return cones, cones.mean_diameter[1]
 
     bevel = bevel_cones(inputs, spiral)
-    return gear_cone_method(inputs, bevel, closure, lambda: _start_angle(inputs, spiral), as_printed)
+    return tangency.gear_cone_method(inputs, bevel, closure, lambda: _start_angle(inputs, spiral), as_printed)
 
 
 def _as_printed_any_diameter(inputs: PairBlankInput, spiral: float) -> PitchCones:
@@ -40,7 +34,10 @@ def _as_printed_any_diameter(inputs: PairBlankInput, spiral: float) -> PitchCone
         return _as_printed(inputs, spiral)
     delta_2 = bevel_cones(inputs, spiral).pitch_angle[1]
     for _ in range(60):
-        update = {"mean_pitch_diameter_gear": gear_mean_diameter(inputs, delta_2), "outer_pitch_diameter_gear": None}
+        update = {
+            "mean_pitch_diameter_gear": tangency.gear_mean_diameter(inputs, delta_2),
+            "outer_pitch_diameter_gear": None,
+        }
         cones = _as_printed(inputs.model_copy(update=update), spiral)
         if abs(cones.pitch_angle[1] - delta_2) < 1e-13:
             return cones
@@ -54,7 +51,7 @@ def apex_on_cutter_line(inputs: PairBlankInput, cones: PitchCones, zeta_mp: floa
     Law of sines in the pitch plane, R_m2 sin phi_6/sin(pi - zeta_mp - phi_6) with phi_6 the angle at the gear apex.
     """
     cone = cones.cone_distance[1]
-    crown = crown_gear(inputs, cone, cones.pitch_angle[1], cones.spiral[1])
+    crown = tangency.crown_gear(inputs, cone, cones.pitch_angle[1], cones.spiral[1])
     return cone * crown.across / (crown.across * cos(zeta_mp) + crown.along * sin(zeta_mp))
 
 
@@ -75,7 +72,7 @@ def _start(inputs: PairBlankInput, spiral: float, diameter: float) -> _Start:
     ratio = inputs.teeth_gear / inputs.teeth_pinion
     delta_1 = atan(sin(sigma) / (ratio + cos(sigma)))
     delta_2 = sigma - delta_1
-    lead = crown_gear(inputs, diameter / (2.0 * sin(delta_2)), delta_2, spiral).lead
+    lead = tangency.crown_gear(inputs, diameter / (2.0 * sin(delta_2)), delta_2, spiral).lead
     zeta = asin(2.0 * offset / diameter / (1.0 + cos(delta_2) / (ratio * cos(delta_1))))
     factor = cos(spiral) / cos(spiral + zeta)
     diameter_1 = factor * diameter / ratio
@@ -110,7 +107,7 @@ def _as_printed(inputs: PairBlankInput, spiral: float) -> PitchCones:
     start = _start(inputs, spiral, diameter)
     first, second = start.delta_2, start.delta_2 + radians(0.1)
     trial = partial(_trial, inputs, spiral, diameter, start)
-    return printed_trials(inputs, trial, first, second, "R_m1/R_mcheck")
+    return tangency.printed_trials(inputs, trial, first, second, "R_m1/R_mcheck")
 
 
 def _trial(inputs: PairBlankInput, spiral: float, diameter: float, start: _Start, delta: float) -> PitchCones:

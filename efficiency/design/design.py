@@ -22,14 +22,8 @@ from efficiency.contact.relief import FlankDeviation, MemberRelief, PairRelief
 from efficiency.cutting.blank import Blank, Depth, Length, blank_dimensions
 from efficiency.cutting.cutter import FLANK_SIDES, FlankSide
 from efficiency.cutting.flank import Flank
-from efficiency.design.flank_input import (
-    BlankInput,
-    ConjugateFlankInput,
-    CutFlankInput,
-    FlankInput,
-    FlankTable,
-    from_folder,
-)
+from efficiency.design import flank_input
+from efficiency.design.flank_input import BlankInput, ConjugateFlankInput, CutFlankInput, FlankInput, FlankTable
 from efficiency.design.shaft_input import MISALIGNMENTS as MISALIGNMENTS
 from efficiency.design.shaft_input import Deflection as Deflection
 from efficiency.design.shaft_input import Misalignment as Misalignment
@@ -411,7 +405,7 @@ def load_design(name: str | Path) -> Design:
     Returns: the design; paths of point files are relative to the folder of the file.
     """
     path = named_file("design", "designs", name)
-    return validate(Design, from_folder(read_toml(path, "design"), path.parent))
+    return validate(Design, flank_input.from_folder(read_toml(path, "design"), path.parent))
 
 
 T = TypeVar("T")

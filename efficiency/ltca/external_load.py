@@ -42,14 +42,9 @@ from efficiency.contact.contact_lines import EdgeProximity, MeshPosition, conjug
 from efficiency.contact.edge_lines import nearest_edge
 from efficiency.contact.flank_pair import FlankPair
 from efficiency.contact.mesh_surface import EDGES, MeshSurface
+from efficiency.ltca import load_distribution
 from efficiency.ltca.equilibrium import Equilibrium
-from efficiency.ltca.load_distribution import (
-    LoadDistribution,
-    PositionLoad,
-    TeethElasticity,
-    loads_of_forces,
-    require_torque,
-)
+from efficiency.ltca.load_distribution import LoadDistribution, PositionLoad, TeethElasticity
 from efficiency.ltca.mesh_grids import FrictionBalance, LoadedGrids, MeshGrids
 from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.dialect import with_point
@@ -123,7 +118,7 @@ def read_load(path: Path, contact: FlankPair, teeth: TeethElasticity, torque: fl
     stated, friction, columns, rows = _table(path)
     if torque is None:
         torque = stated
-    require_torque(torque)
+    load_distribution.require_torque(torque)
     if abs(torque / stated - 1.0) > 1e-3:
         raise InputError("torque", f"{torque:.6g} N m", f"{stated:.6g} N m, the torque of {path.name}")
     surface = contact.surface
@@ -202,7 +197,7 @@ def _table(path: Path) -> tuple[float, str, dict[str, FloatArray], tuple[int, ..
             friction = value.strip()
     if torque is None:
         raise InputError(f"{path.name}: torque", None, "a first line such as '# torque = 300 N m'")
-    require_torque(torque)
+    load_distribution.require_torque(torque)
     columns, rows = read_table(path, _COLUMNS, ("pinion_angle",), bare=False)
     if not ({"face_gear", "height_gear"} <= columns.keys() or {"x", "y", "z"} <= columns.keys()):
         raise InputError(f"{path.name}: position of points", None, "columns face_gear and height_gear, or x, y and z")
@@ -270,4 +265,6 @@ def _load(position: MeshPosition, teeth: TeethElasticity, force: FloatArray, off
     unknown = np.full(size, math.nan)
     given = Equilibrium(force, math.nan, math.nan, unknown, math.nan, abs(off), 0, 0, 0, "converged", "")
     unknown = np.full(1, math.nan)
-    return loads_of_forces([position], teeth.local([position])[0], force, unknown, unknown, [given])[0]
+    return load_distribution.loads_of_forces([position], teeth.local([position])[0], force, unknown, unknown, [given])[
+        0
+    ]

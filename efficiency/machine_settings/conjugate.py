@@ -26,14 +26,7 @@ from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.machine import dot, turn
 from efficiency.machine_settings import generating
-from efficiency.machine_settings.fit import (
-    FitResult,
-    FittedFlank,
-    FreeSettings,
-    RootLine,
-    TargetFlank,
-    fit,
-)
+from efficiency.machine_settings.fit import FitResult, FittedFlank, FreeSettings, RootLine, TargetFlank, fit
 from efficiency.machine_settings.gear import GearCut, PairDimensions
 from efficiency.machine_settings.inputs import FlankTarget
 from ehl.common.arrays import FloatArray

@@ -21,13 +21,8 @@ from efficiency.cutting.cutter import FLANK_SIDES, Blade, FlankSide
 from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.machine import GENERATIONS, Generation, MachineSettings, rotation
 from efficiency.cutting.process import PROCESSES, CuttingProcess
-from efficiency.machine_settings.generating import (
-    GeneratingScrew,
-    ToolPose,
-    generating_screw,
-    machine_pose,
-    share_of_root_angle,
-)
+from efficiency.machine_settings import generating
+from efficiency.machine_settings.generating import ToolPose
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError
 
@@ -84,7 +79,7 @@ class GearCut:
     concave: CutFlank
     convex: CutFlank
     tool: ToolPose  # cutter in the mesh frame at the design point
-    screw: GeneratingScrew  # cradle of the generating gear; the gear itself for a Formate gear
+    screw: generating.GeneratingScrew  # cradle of the generating gear; the gear itself for a Formate gear
     tool_angle: float  # cutter angle of the mean point in the axes of `tool` [rad]
     cutter_turn: float  # difference of the cutter angle of the gear machine from that in the axes of `tool` [rad]
     rotation: float  # azimuth of the work frame of the gear in the mesh frame at the design point [rad]
@@ -128,8 +123,8 @@ def _cut(
     placed = tool.turned(rotation(pair.offset_angle))
     if pair.generation.rolls:
         root = pair.gear.pitch_angle - pair.gear.dedendum_angle
-        screw = generating_screw(pair.assembly, share_of_root_angle(pair.assembly, root))
-        pose = machine_pose(screw.point, -screw.direction, np.zeros(3), np.array([0.0, 0.0, 1.0]), placed)
+        screw = generating.generating_screw(pair.assembly, generating.share_of_root_angle(pair.assembly, root))
+        pose = generating.machine_pose(screw.point, -screw.direction, np.zeros(3), np.array([0.0, 0.0, 1.0]), placed)
         machine = pose.machine(-pair.assembly.ratio / screw.rate, -screw.pitch)
         cutter_turn, facing = pose.cutter_turn, pose.work_direction
         azimuth = float(np.arctan2(facing[1], facing[0]))
@@ -148,7 +143,7 @@ def _cut(
             machine_centre_to_back=to_back,
             generation=pair.generation,
         )
-        screw, cutter_turn, azimuth = generating_screw(pair.assembly, 0.0), 0.0, pair.offset_angle
+        screw, cutter_turn, azimuth = generating.generating_screw(pair.assembly, 0.0), 0.0, pair.offset_angle
     concave, convex = (CutFlank(blade, machine, pair.gear, angle + cutter_turn) for blade in blades)
     return GearCut(concave, convex, placed, screw, angle, cutter_turn, azimuth)
 

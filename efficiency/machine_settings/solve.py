@@ -17,18 +17,12 @@ from efficiency.cutting.cutter import FLANK_SIDES, FlankSide
 from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.process import MODIFIED, MOTIONS, PLAIN, PROCESSES
 from efficiency.design.design import Design
-from efficiency.machine_settings import conjugate
+from efficiency.machine_settings import conjugate, settings_result
 from efficiency.machine_settings.design_file import PinionFlanks, design_text, ease_off_table, header, written_flank
 from efficiency.machine_settings.fit import PARAMETERS, FitResult, FittedFlank, FreeSettings, fit, measure
 from efficiency.machine_settings.gear import GearCut, PairDimensions, cut_gear, pair_dimensions
 from efficiency.machine_settings.inputs import Cutting, FlankTarget, MemberTargets, SettingsInput, Targets, load_targets
-from efficiency.machine_settings.settings_result import (
-    RESIDUAL_LIMIT,
-    FlankFit,
-    SettingsResult,
-    tip_findings,
-    undercut_findings,
-)
+from efficiency.machine_settings.settings_result import RESIDUAL_LIMIT, FlankFit, SettingsResult
 from ehl.common.errors import ConvergenceError
 from ehl.common.threads import one_thread
 from ehl.common.validation import validate
@@ -104,8 +98,8 @@ def machine_settings(inputs: SettingsInput | Path | str, transmission: bool = Tr
         scale = {side: scale[side] * off.get(side, 1.0) for side in FLANK_SIDES}
 
     reports = {side: FlankFit(side, grid, fitted[side], mesh[side]) for side in FLANK_SIDES}
-    findings = tip_findings(design.flanks(), pair.blank.module_normal)
-    findings += undercut_findings(tuple(reports.values()), grid.lowest)
+    findings = settings_result.tip_findings(design.flanks(), pair.blank.module_normal)
+    findings += settings_result.undercut_findings(tuple(reports.values()), grid.lowest)
     warnings = (*(text for _, text in findings), *_warnings(pair.blank, reports, transmission))
     if inputs.cutting.pinion == "conjugate":
         warnings = ("pinion: flanks defined as conjugate plus ease-off, without machine settings", *warnings)

@@ -18,14 +18,7 @@ from efficiency.loss.power_loss import loss_of
 from efficiency.machine_settings.inputs import SettingsInput
 from efficiency.machine_settings.settings_result import SettingsResult
 from efficiency.machine_settings.solve import machine_settings
-from efficiency.optimisation.problem import (
-    EDGE_FREE,
-    START,
-    SearchProblem,
-    as_made,
-    state_text,
-    with_values,
-)
+from efficiency.optimisation.problem import EDGE_FREE, START, SearchProblem, as_made, state_text, with_values
 from efficiency.pair import GearPair
 from ehl import __version__
 from ehl.common.data import data_path
