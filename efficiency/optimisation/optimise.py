@@ -26,7 +26,7 @@ from efficiency.optimisation.check import Correction, Evaluate, check_best, chec
 from efficiency.optimisation.evaluation import Evaluation, EvaluationTask
 from efficiency.optimisation.load_sizing import BOX, sized_for_load
 from efficiency.optimisation.result import Candidate, Optimisation, best_of
-from efficiency.optimisation.surrogate import Processes, first_points, next_points, table_of, transformed
+from efficiency.optimisation.surrogate import Processes, first_points, table_of, transformed
 from efficiency.pair import GearPair
 from ehl import __version__
 from ehl.common.arrays import finite_or_none
@@ -368,7 +368,7 @@ def _search(
     problem, bounds = task.problem, correction.limits
     names, dimension = problem.figures, len(problem.variables)
     limits = np.array([transformed(name, np.array([bounds.get(name, math.inf)]))[0] for name in names])
-    processes, refit_at = Processes(dimension, len(names)), 0
+    processes, refit_at = Processes(dimension, limits, len(problem.objectives), seed), 0
     points = list(points)
     while len(points) < evaluations:
         left, known = evaluations - len(points), [e for e in points if not e.reason]
@@ -380,17 +380,11 @@ def _search(
         else:
             scales = len(points) > refit_at
             refit_at = len(points) - 1 + _REFIT if scales else refit_at
-            proposed = next_points(
-                problem.places_of([e.variables for e in known]),
-                table_of([correction(e).figures for e in known], names),
-                problem.places_of([e.variables for e in points if e.reason]),
-                limits,
-                len(problem.objectives),
-                processes,
-                count=min(batch, left),
-                number=len(points) - 1,
-                seed=seed,
-                scales=scales,
+            figures = table_of([correction(e).figures for e in known], names)
+            made, failed = (
+                problem.places_of([e.variables for e in of]) for of in (known, [e for e in points if e.reason])
             )
+            number, count = len(points) - 1, min(batch, left)
+            proposed = processes.next_points(made, figures, failed, count=count, number=number, scales=scales)
         points += evaluate([replace(task, values=problem.values_at(place)) for place in proposed])
     return points
