@@ -138,15 +138,9 @@ def read_point_grid(path: Path) -> PointGrid:
     if len(table) < _MIN_POINTS:
         raise InputError("grid", f"{path} with {len(table)} points", f"at least {_MIN_POINTS} points")
     data = np.array(table).T
-    grid = PointGrid(
-        str(path),
-        data[0].astype(np.int64),
-        data[1].astype(np.int64),
-        data[2:5] * _UNITS[unit],
-        data[5:8] if len(names) == 8 else None,
-        stated.get("member", ""),
-        stated.get("flank", ""),
-    )
+    row, column = data[:2].astype(np.int64)
+    normal, owner = data[5:8] if len(names) == 8 else None, (stated.get("member", ""), stated.get("flank", ""))
+    grid = PointGrid(str(path), row, column, data[2:5] * _UNITS[unit], normal, *owner)
     _check_names(grid)
     return grid
 
@@ -185,13 +179,12 @@ def placed_points(
     off = np.maximum(np.abs(u) / blank.face_width - 0.5, np.abs(v - 0.5) - 0.5)
     worst = int(np.argmax(off))
     if off[worst] > _BEYOND:
-        raise InputError(
-            grid.place(worst),
-            f"{u[worst] * 1e3:.4g} mm from the mean point along the face, {h[worst] * 1e3:.4g} mm above the pitch cone",
-            f"within {blank.face_width * 1e3:.4g} mm face width and "
-            f"{-blank.mean_dedendum * 1e3:.4g} to {blank.mean_addendum * 1e3:.4g} mm",
-            "Check units, frame, member and blank.",
+        stated = (
+            f"{u[worst] * 1e3:.4g} mm from the mean point along the face, {h[worst] * 1e3:.4g} mm above the pitch cone"
         )
+        depth = f"{-blank.mean_dedendum * 1e3:.4g} to {blank.mean_addendum * 1e3:.4g} mm"
+        allowed = f"within {blank.face_width * 1e3:.4g} mm face width and {depth}"
+        raise InputError(grid.place(worst), stated, allowed, "Check units, frame, member and blank.")
     for name, share, least in (("face width", np.ptp(u) / blank.face_width, 0.6), ("depth", np.ptp(v), 0.4)):
         if share < least:
             raise InputError("grid", f"{grid.path} over {100.0 * share:.3g} % of the {name}", f"at least {least:.0%}")
@@ -225,12 +218,12 @@ def grid_flank(grid: PointGrid, side: FlankSide, blank: Blank, hand: Hand) -> Sm
         angle = np.where(np.sum(grid.normal * points.normal, axis=0) > 0.0, angle, 2.0)
         worst = int(np.argmax(angle))
         if angle[worst] > _NORMAL_OFF:
-            raise InputError(
-                grid.place(worst),
-                "normal " + ", ".join(f"{x:.4g}" for x in grid.normal[:, worst]),
-                "near " + ", ".join(f"{x:.4g}" for x in points.normal[:, worst]) + ", that of the surrounding points",
-                "Normals point out of the tooth; also check flank and hand.",
+            stated, near = (", ".join(f"{x:.4g}" for x in n[:, worst]) for n in (grid.normal, points.normal))
+            allowed, hint = (
+                f"near {near}, that of the surrounding points",
+                "Normals point out of the tooth; also check ",
             )
+            raise InputError(grid.place(worst), f"normal {stated}", allowed, f"{hint}flank and hand.")
     return replace(flank, error=float((missed * share).max()))
 
 

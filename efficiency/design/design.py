@@ -294,9 +294,8 @@ class Design(PairDesign):
         if self.pinion.blank.hand == self.gear.blank.hand:
             raise InputError("pinion.blank.hand", self.pinion.blank.hand, "the opposite of the gear's hand")
         if self.pinion.blank.teeth > self.gear.blank.teeth:
-            raise InputError(
-                "pinion.blank.teeth", self.pinion.blank.teeth, f"at most the {self.gear.blank.teeth} teeth of the gear"
-            )
+            allowed = f"at most the {self.gear.blank.teeth} teeth of the gear"
+            raise InputError("pinion.blank.teeth", self.pinion.blank.teeth, allowed)
         for member in MEMBERS:
             for side in FLANK_SIDES:
                 getattr(getattr(self, member), side).check_member(member, side)
@@ -365,15 +364,9 @@ class Design(PairDesign):
         pinion, gear = ({side: self.flank(member, side) for side in FLANK_SIDES} for member in MEMBERS)
         given = self.assembly
         relief = PairRelief(self.pinion.edge_relief, self.gear.edge_relief)
+        loaded, backlash = given.drive_flank_pinion, given.normal_backlash
         return GearFlanks(
-            self.name,
-            pinion,
-            gear,
-            self.placement(),
-            given.drive_flank_pinion,
-            given.normal_backlash,
-            relief,
-            given.flank_deviation,
+            self.name, pinion, gear, self.placement(), loaded, backlash, relief, deviation=given.flank_deviation
         )
 
     @property

@@ -37,9 +37,8 @@ def _linearised(flank: CutFlank, y: FloatArray) -> tuple[FloatArray, FloatArray]
     by = np.moveaxis(slope[:, :3, 1:], 0, -1)
     outwards = (state[0] * by[0] + state[1] * by[1]) / radius
     c, s = np.cos(flank.blank.pitch_angle), np.sin(flank.blank.pitch_angle)
-    return np.stack(flank.blank.coordinates(radius, state[2])), np.stack(
-        [outwards * s + by[2] * c, outwards * c - by[2] * s]
-    )
+    rates = np.stack([outwards * s + by[2] * c, outwards * c - by[2] * s])
+    return np.stack(flank.blank.coordinates(radius, state[2])), rates
 
 
 @dataclass(frozen=True)
@@ -281,10 +280,8 @@ def _derivatives(
     columns = []
     for parameter in parameters:
         if parameter.part == "phase":
-            change, root = (
-                np.real(dot(facing, spin(point))),
-                np.zeros(0 if root_state is None else root_state.error.size),
-            )
+            change = np.real(dot(facing, spin(point)))
+            root = np.zeros(0 if root_state is None else root_state.error.size)
         else:
             change, root = motion(now.flank, parameter, facing, now.parameters, root_state)
         columns.append(np.concatenate([change * np.real(share), root]) * parameter.scale)

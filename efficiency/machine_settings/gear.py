@@ -175,12 +175,13 @@ def _milled(pair: PairDimensions) -> GearCut:
     """Point radii, blade angles and cutter position by Newton's method for the calculation point of both flanks."""
     depth, radius, mean_spiral = pair.blank.gear.mean_dedendum, pair.point_gear[0], pair.blank.gear.mean_spiral_angle
     place = np.array([pair.calculation_gear]), np.zeros(1)
-    width = pair.slot_angle * radius * np.cos(mean_spiral)
-    width -= depth * (np.tan(pair.pressure("concave")) + np.tan(pair.pressure("convex")))
+    alphas = [pair.pressure(side) for side in FLANK_SIDES]
+    wanted = np.array([pair.slot_angle * radius, *alphas, mean_spiral, pair.blank.cutter_radius])
+    width = pair.slot_angle * radius * np.cos(mean_spiral) - depth * np.tan(alphas).sum()
     scale = np.array([1e-3, 1e-3, 0.01, 0.01, 1e-3])
     taper = pair.gear.dedendum_angle * np.sin(mean_spiral) * pair.generation.rolls
     radii = pair.blank.cutter_radius + 0.5 * width, pair.blank.cutter_radius - 0.5 * width
-    x = np.array([*radii, pair.pressure("concave") - taper, pair.pressure("convex") + taper, 0.0])
+    x = np.array([*radii, alphas[0] - taper, alphas[1] + taper, 0.0])
 
     def cut(x: FloatArray) -> GearCut:
         tool, angle = _tool(pair, float(x[4]))
@@ -199,15 +200,8 @@ def _milled(pair: PairDimensions) -> GearCut:
             spiral.append(pair.hand_gear * float(np.arctan(turn)))
             pressure.append(float(points.angles(pair.gear.pitch_angle)[1][0]))
         slot = np.angle(np.exp(1j * (azimuth[1] - azimuth[0]))) * pair.hand_gear
-        return np.array(
-            [
-                (slot - pair.slot_angle) * radius / 1e-3,
-                (pressure[0] - pair.pressure("concave")) / 0.01,
-                (pressure[1] - pair.pressure("convex")) / 0.01,
-                (0.5 * (spiral[0] + spiral[1]) - mean_spiral) / 0.01,
-                (0.5 * (x[0] + x[1]) - pair.blank.cutter_radius) / 1e-3,
-            ]
-        )
+        made_to = np.array([slot * radius, *pressure, 0.5 * (spiral[0] + spiral[1]), 0.5 * (x[0] + x[1])])
+        return np.asarray((made_to - wanted) / np.array([1e-3, 0.01, 0.01, 0.01, 1e-3]))
 
     for _ in range(8):
         value = excess(x)

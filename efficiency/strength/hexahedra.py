@@ -62,9 +62,8 @@ def element_stiffness(
     jacobian = np.matmul(slopes.transpose(0, 2, 1)[None], corners[:, None])
     volume = np.linalg.det(jacobian)
     if np.any(volume * np.sign(volume[:, :1]) <= 0.0):
-        raise ConvergenceError(
-            "root_folded", "finite elements of the tooth root are folded: change the edge radius of the cutter"
-        )
+        folded = "finite elements of the tooth root are folded: change the edge radius of the cutter"
+        raise ConvergenceError("root_folded", folded)
     gradient = np.matmul(np.linalg.inv(jacobian), slopes.transpose(0, 2, 1)[None])
     gradient *= np.sqrt(np.abs(volume) * weights)[..., None, None]
     flat = gradient.reshape(*gradient.shape[:2], 60).astype(precision)

@@ -77,9 +77,8 @@ class Strength(TableResult):
     # root stress over the mesh; None if it is unavailable
     pinion: RootStress | None = field(repr=False, default=None)
     gear: RootStress | None = field(repr=False, default=None)
-    points_film_specific: FloatArray = field(
-        repr=False, default_factory=lambda: np.zeros(0)
-    )  # at the loaded points [-]
+    # at the loaded points [-]
+    points_film_specific: FloatArray = field(repr=False, default_factory=lambda: np.zeros(0))
 
     def scalars(self) -> dict[str, Any]:
         """Scalar values by name, SI units."""

@@ -210,9 +210,8 @@ def _unit_forces(mesh: RootMesh, side: int) -> FloatArray:
     corners = mesh.nodes[elements]
     one, two = (np.einsum("pn,rcnx->rcpx", slopes[..., axis], corners) for axis in (0, 2))
     area = np.cross(one, two)
-    inside = corners[:, :, hexahedra.CORNERS_AND_EDGES[:, 1] == 1].mean(axis=2) - corners[:, :, hexahedra.FACE].mean(
-        axis=2
-    )
+    opposite = hexahedra.CORNERS_AND_EDGES[:, 1] == 1
+    inside = corners[:, :, opposite].mean(axis=2) - corners[:, :, hexahedra.FACE].mean(axis=2)
     area *= np.sign(np.einsum("rcpx,rcx->rcp", area, inside))[..., None]
     size = np.linalg.norm(area, axis=-1)
     linear = [(0.5 * (1.0 - at[:, k]), 0.5 * (1.0 + at[:, k])) for k in (0, 2)]
