@@ -126,17 +126,13 @@ class MemberBlank:
 
     @property
     def cones(self) -> Blank:
-        """The member for the flanks: its mean point is the middle of the face, not the calculation point."""
+        """Blank of the flanks (table `blank` of a design file); its mean point is the middle of the face."""
         shift = self.middle_shift
         own: dict[str, Any] = {name: getattr(self, name) for name in Blank.model_fields}
         own["mean_cone_distance"] += shift
         own["mean_addendum"] += shift * tan(self.addendum_angle)
         own["mean_dedendum"] += shift * tan(self.dedendum_angle)
         return Blank(**own)
-
-    def design_table(self) -> dict[str, Any]:
-        """Keys and values of the table `blank` of a design file, SI."""
-        return {**self.cones.model_dump(), "hand": self.hand}
 
 
 @dataclass(frozen=True, repr=False)

@@ -15,7 +15,6 @@ import math
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,12 +29,10 @@ from ehl.common.dialect import Dialect
 from ehl.common.errors import InputError
 from ehl.common.files import read_text
 
-Hand = Literal["left", "right"]
 
-
-def normal_sense(side: FlankSide, hand: Hand) -> float:
+def normal_sense(side: FlankSide, blank: Blank) -> float:
     """+1 if the normal out of the tooth points towards increasing azimuth about the axis, otherwise -1."""
-    return 1.0 if (side == "concave") == (hand == "right") else -1.0
+    return 1.0 if (side == "concave") == (blank.hand == "right") else -1.0
 
 
 @dataclass(frozen=True)
@@ -193,8 +190,8 @@ def placed_points(
     return u, v, h, middle + np.angle(np.exp(1j * (turn - middle)))
 
 
-def grid_flank(grid: PointGrid, side: FlankSide, blank: Blank, hand: Hand) -> SmoothFlank:
-    """Smooth flank through a grid of points on a blank of a member of that hand.
+def grid_flank(grid: PointGrid, side: FlankSide, blank: Blank) -> SmoothFlank:
+    """Smooth flank through a grid of points on a blank.
 
     Raises an `InputError` if the points do not lie on this blank, do not cover it, or do not form one surface.
     """
@@ -209,7 +206,7 @@ def grid_flank(grid: PointGrid, side: FlankSide, blank: Blank, hand: Hand) -> Sm
             samples, shape = sloped, other
     missed = np.abs(samples.left_out(shape))
     patch = samples.fit(shape)
-    flank = SmoothFlank(side, blank, normal_sense(side, hand), patch, f"the points of {grid.path}", 0.0)
+    flank = SmoothFlank(side, blank, normal_sense(side, blank), patch, f"the points of {grid.path}", 0.0)
     points = flank.points(np.stack([u, h, np.zeros_like(u)]))
     # distance along the normal: distance around the axis times the component of the normal in that direction
     share = np.abs(grid.position[0] * points.normal[1] - grid.position[1] * points.normal[0])

@@ -121,11 +121,6 @@ class FlankLimits:
     fillet: EdgeColumns  # points of the fillet, from the profile to the root line
 
     @property
-    def undercut_depth(self) -> FloatArray:
-        """Height of the flank lost to undercut above the edge of regression, 0 without undercut [m]."""
-        return np.where(self.undercut, self.start - np.where(self.undercut, self.regression, 0.0), 0.0)
-
-    @property
     def root_error(self) -> FloatArray:
         """Height of the cut root above the root cone of the blank, negative if it is cut too deep [m]."""
         return self.root - self.blank_root

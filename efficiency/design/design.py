@@ -23,7 +23,7 @@ from efficiency.cutting.blank import Blank, Depth, Length, blank_dimensions
 from efficiency.cutting.cutter import FLANK_SIDES, FlankSide
 from efficiency.cutting.flank import Flank
 from efficiency.design import flank_input
-from efficiency.design.flank_input import BlankInput, ConjugateFlankInput, CutFlankInput, FlankInput, FlankTable
+from efficiency.design.flank_input import ConjugateFlankInput, CutFlankInput, FlankInput, FlankTable
 from efficiency.design.shaft_input import MISALIGNMENTS as MISALIGNMENTS
 from efficiency.design.shaft_input import Deflection as Deflection
 from efficiency.design.shaft_input import Misalignment as Misalignment
@@ -200,7 +200,7 @@ class MemberInput(MemberSurface):
     spread blade); the tables of a flank add to them or override them.
     """
 
-    blank: BlankInput  # cones and teeth
+    blank: Blank  # cones and teeth
     # flanks: by cutter and machine settings, by points, or (pinion only) by an ease-off
     concave: FlankInput
     convex: FlankInput
@@ -261,7 +261,7 @@ class MemberInput(MemberSurface):
 
 
 @lru_cache(maxsize=32)
-def _flank(given: FlankTable, side: FlankSide, blank: BlankInput, _version: int) -> Flank:
+def _flank(given: FlankTable, side: FlankSide, blank: Blank, _version: int) -> Flank:
     """The flank, shared by both flank pairs and the teeth, because it stores starting values of its points."""
     return given.flank(side, blank)
 

@@ -106,7 +106,9 @@ def _on_cradle(
     turned = float(np.arctan2(facing[1], facing[0]) - np.arctan2(was[1], was[0]))
     was_set = before.machine
     machine = replace(
-        pose.machine(was_set.roll_ratio * old.rate / new.rate, was_set.helical_motion_1 + old.pitch - new.pitch),
+        pose.settings,
+        roll_ratio=was_set.roll_ratio * old.rate / new.rate,
+        helical_motion_1=was_set.helical_motion_1 + old.pitch - new.pitch,
         modified_roll_2c=was_set.modified_roll_2c,
         modified_roll_6d=was_set.modified_roll_6d,
     )
@@ -200,7 +202,7 @@ def conjugate_start(pair: PairDimensions, gear: GearCut, side: FlankSide, grid: 
     turned = tool.axes @ np.diag([1.0, -1.0, -1.0])
     tool = generating.ToolPose(tool.centre - reach * tool.axes[:, 2], turned)
     pose = generating.machine_pose(screw.point, screw.direction, *axis, tool)
-    machine = pose.machine(1.0 / screw.rate, -screw.pitch)
+    machine = replace(pose.settings, roll_ratio=1.0 / screw.rate, helical_motion_1=-screw.pitch)
     angle = cut.blade.blade_angle
     zero = pose.cutter_turn - gear.tool_angle
     depth = pair.blank.pinion.mean_dedendum * float(np.cos(pair.pinion.dedendum_angle))

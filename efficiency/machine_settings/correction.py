@@ -264,7 +264,7 @@ def _side(design: Design, member: Member, grid: PointGrid, error: float) -> _Sid
         stated = f"{design.name}: {member}.{side} without machine settings"
         raise InputError("design", stated, "a flank cut by cutter and machine")
     flank = cut.flank(side, blank)
-    measured = measured_flank(grid, side, blank, blank.hand, error, flank)
+    measured = measured_flank(grid, side, blank, error, flank)
     u = 0.5 * blank.face_width * measured.place[0]
     h = blank.height(u, 0.5 * (measured.place[1] + 1.0))
     points, _ = flank.solve(u, h)

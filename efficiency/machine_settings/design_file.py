@@ -72,7 +72,7 @@ PinionFlanks = dict[FlankSide, CutFlank] | dict[FlankSide, Table]
 def _member(
     name: str, blank: MemberBlank, flanks: PinionFlanks, extra: Table, process: CuttingProcess
 ) -> list[tuple[str, Table]]:
-    tables: list[tuple[str, Table]] = [(name, extra), (f"{name}.blank", blank.design_table())]
+    tables: list[tuple[str, Table]] = [(name, extra), (f"{name}.blank", blank.cones.model_dump())]
     cut: dict[FlankSide, CutFlank] = {}
     for side, flank in flanks.items():
         if isinstance(flank, CutFlank):

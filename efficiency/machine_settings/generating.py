@@ -79,10 +79,6 @@ class MachinePose:
     cutter_turn: float  # difference of the cutter angle of the machine from that in the pose
     work_direction: FloatArray  # direction of the x axis of the work frame before rotation
 
-    def machine(self, roll_ratio: float, helical_motion_1: float) -> MachineSettings:
-        """The settings with a roll ratio and helical motion [m/rad]."""
-        return replace(self.settings, roll_ratio=roll_ratio, helical_motion_1=helical_motion_1)
-
 
 def work_facing(cradle_direction: FloatArray, work_direction: FloatArray) -> FloatArray:
     """Direction of the x axis of the work frame: normal to the work axis, in its plane with the cradle axis."""
