@@ -69,6 +69,10 @@ _COLUMNS = {
     "grid": ValueRange("", ge=0.0, le=1.0),
 }
 _OF_EDGE = ("edge", "edge_distance", "edge_section", "edge_touching")
+# columns of a saved load with their units
+_WRITTEN = {"pinion_angle": "rad", "grid": "", "pair": "", "face_gear": "mm", "height_gear": "mm", "length": "mm"}
+_WRITTEN |= {"force": "N", "radius_equivalent": "mm", "pressure_hertz": "Pa"}
+_WRITTEN |= dict(zip(_OF_EDGE, ("", "mm", "", ""), strict=True))
 # largest distance of a point beyond an edge, for the rounding of another mesh [m]
 _BEYOND = 2e-4
 # largest relative deviation of the forces of a position from the stated torque
@@ -88,22 +92,15 @@ def write_load(load: LoadDistribution, thermal: LoadDistribution, path: Path, fr
     with replacing(path, "save_load") as draft, draft.open("w", newline="", encoding="utf-8") as file:
         file.write(f"# torque = {load.torque!r} N m\n" + (f"# friction = {friction}\n" if friction else ""))
         writer = csv.writer(file)
-        units: tuple[tuple[str, str], ...] = (("pinion_angle", "rad"), ("grid", ""), ("pair", ""))
-        units += tuple((name, "mm") for name in ("face_gear", "height_gear", "length"))
-        of_edge = tuple(zip(_OF_EDGE, ("", "mm", "", ""), strict=True))
-        columns = (*units, ("force", "N"), ("radius_equivalent", "mm"), ("pressure_hertz", "Pa"), *of_edge)
-        writer.writerow([f"{name} [{unit}]" for name, unit in columns])
+        writer.writerow([f"{name} [{unit}]" for name, unit in _WRITTEN.items()])
         for grid, p in [*((0, p) for p in load.positions), *((1, p) for p in thermal.positions)]:
-            at = p.position
-            for k in np.flatnonzero(p.force > 0.0):
-                millimetres = (1e3 * float(values[k]) for values in (at.face_gear, at.height_gear, at.length))
-                row = [repr(at.pinion_angle), grid, int(at.pair[k]), *map(repr, millimetres), repr(float(p.force[k]))]
-                row += [repr(1e3 * float(at.radius_equivalent[k])), repr(float(p.pressure_hertz[k]))]
-                if at.edge is not None:
-                    e = at.edge
-                    distance, section = 1e3 * float(e.distance[k]), float(e.crossing[k])
-                    row += [int(e.index[k]), repr(distance), repr(section), int(e.touching[k])]
-                writer.writerow(row)
+            at, e, loaded = p.position, p.position.edge, p.force > 0.0
+            columns = [at.pair, *(1e3 * length for length in (at.face_gear, at.height_gear, at.length)), p.force]
+            columns += [1e3 * at.radius_equivalent, p.pressure_hertz]
+            if e is not None:
+                columns += [e.index, 1e3 * e.distance, e.crossing, e.touching.astype(int)]
+            rows = zip(*(column[loaded].tolist() for column in columns), strict=True)
+            writer.writerows([at.pinion_angle, grid, *row] for row in rows)
 
 
 def read_load(path: Path, contact: FlankPair, teeth: TeethElasticity, torque: float | None = None) -> LoadedGrids:

@@ -109,14 +109,13 @@ class MachineCorrections(Reportable):
             *("deviation_rms", "deviation_max", "spiral_angle_error", "pressure_angle_error"),
             *("lengthwise_crowning", "profile_crowning", "twist"),
         )
-        deviations = Table(
-            ["flank", *(Column(name, label=name.replace("_", " "), decimals=2) for name in fields)],
-            [(f"{item.flank}, {item.part}", *(getattr(item, name) for name in fields)) for item in self.deviations],
-            "Deviation from nominal, positive for excess material",
-            self.notes,
-            name="deviations",
-            vertical=True,
-        )
+        heads: list[Column | str] = [
+            "flank",
+            *(Column(name, label=name.replace("_", " "), decimals=2) for name in fields),
+        ]
+        rows = [(f"{d.flank}, {d.part}", *(getattr(d, name) for name in fields)) for d in self.deviations]
+        title = "Deviation from nominal, positive for excess material"
+        deviations = Table(heads, rows, title, self.notes, name="deviations", vertical=True)
         head = Head(f"Machine corrections: {self.design}, {self.member}")
         return [Section("", [head, *tables, deviations])]
 
