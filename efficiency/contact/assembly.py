@@ -187,11 +187,6 @@ def displaced_axes(placed: Assembly, pinion: RigidMove, gear: RigidMove) -> Disp
     along_gear, along_pinion = float(between @ axis_gear), float(between @ axis_pinion)
     P = (along_pinion - cosine * along_gear) / sine**2
     G = -(along_gear - cosine * along_pinion) / sine**2
-    return DisplacedAxes(
-        E=float(between @ normal) - placed.offset,
-        P=P,
-        G=G,
-        shaft_angle_error=float(np.arctan2(sine, cosine)) - placed.shaft_angle,
-        frame=np.column_stack([np.cross(normal, axis_gear), normal, axis_gear]),
-        origin=apex_gear - G * axis_gear,
-    )
+    E, turned = float(between @ normal) - placed.offset, float(np.arctan2(sine, cosine)) - placed.shaft_angle
+    frame = np.column_stack([np.cross(normal, axis_gear), normal, axis_gear])
+    return DisplacedAxes(E, P, G, turned, frame, origin=apex_gear - G * axis_gear)

@@ -252,16 +252,12 @@ def _warnings(blank: PairBlank, reports: dict[FlankSide, FlankFit], transmission
     out = []
     for side, report in reports.items():
         if report.fitted.rms > RESIDUAL_LIMIT:
-            out.append(
-                f"{side}: residual {report.fitted.rms * 1e6:.2f} um rms, above {RESIDUAL_LIMIT * 1e6:g}; {_WAYS_OUT}"
-            )
-        error = report.fitted.root_error
-        clearance = blank.clearance_pinion
-        if error.size and np.abs(error).max() > 0.5 * clearance:
-            out.append(
-                f"{side}: root error {np.abs(error).max() * 1e3:.2f} mm, more than half the clearance of "
-                f"{clearance * 1e3:.2f} mm"
-            )
+            residual = f"residual {report.fitted.rms * 1e6:.2f} um rms"
+            out.append(f"{side}: {residual}, above {RESIDUAL_LIMIT * 1e6:g}; {_WAYS_OUT}")
+        root, clearance = float(np.abs(report.fitted.root_error).max(initial=0.0)), blank.clearance_pinion
+        if root > 0.5 * clearance:
+            limit = f"more than half the clearance of {clearance * 1e3:.2f} mm"
+            out.append(f"{side}: root error {root * 1e3:.2f} mm, {limit}")
         if report.transmission is None:
             if transmission:
                 out.append(f"{side}: no unloaded transmission error, because the flanks do not mesh over the whole map")

@@ -239,13 +239,11 @@ def load_start(name: Path | str) -> SettingsInput:
     own = targets_next_to(path)
     if own.is_file():
         return load_targets(own)
-    raise InputError(
-        "targets",
-        str(name),
-        "a targets file (blank, [cutting], [targets]); a design file does not contain the intended ease-off",
+    allowed = "a targets file (blank, [cutting], [targets]); a design file does not contain the intended ease-off"
+    hint = (
         f"Write its blank and ease-off in the format of data/targets to {own.name} in the same folder, or start from "
-        "shipped targets by name.",
     )
+    raise InputError("targets", str(name), allowed, f"{hint}shipped targets by name.")
 
 
 def make_problem(
