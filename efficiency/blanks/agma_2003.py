@@ -150,12 +150,10 @@ def rate_agma(pair: PairBlank | rating.RatedPair, inputs: rating.RatingInput) ->
         return dynamic, _ELASTIC * math.sqrt(contact), load * size[1] / (1e-3 * module * curvature * geometry)
 
     dynamic, contact, root = stresses(inputs.torque, inputs.speed)
-    life = tuple(
-        (1.0, 1.0)
-        if inputs.life is None
-        else rating.life_factors(c, rating.load_cycles(pair.ratio, inputs.speed, inputs.life))
-        for c in curves
-    )
+    life = [(1.0, 1.0)] * 2
+    if inputs.life is not None:
+        cycles = rating.load_cycles(pair.ratio, inputs.speed, inputs.life)
+        life = [rating.life_factors(curve, cycles) for curve in curves]
 
     def used(torque: float, speed: float) -> tuple[FloatArray, FloatArray]:
         _, pressed, bent = stresses(torque, speed)

@@ -36,12 +36,9 @@ def check_dimensions(pair: PairBlank) -> None:
             allowed = f"a tooth depth at both ends above a tenth of the mean; the {name} has {min(depths) * 1e3:.4g} mm"
             raise InputError("taper", pair.taper, allowed, "Use a smaller face width or less taper.")
         if member.root_angle <= 0.0 or member.inner_root_diameter <= 0.0:
-            raise InputError(
-                "taper",
-                pair.taper,
-                f"a root cone clear of its axis; the {name} has a root angle of {degrees(member.root_angle):.4g} "
-                f"deg and {member.inner_root_diameter * 1e3:.4g} mm root diameter at the toe",
-            )
+            angle, diameter = degrees(member.root_angle), member.inner_root_diameter * 1e3
+            found = f"a root angle of {angle:.4g} deg and {diameter:.4g} mm root diameter at the toe"
+            raise InputError("taper", pair.taper, f"a root cone clear of its axis; the {name} has {found}")
         if min(member.normal_thickness) <= 0.0:
             allowed = "a tooth thickness above 0: change thickness factor, addendum factor or backlash"
             raise InputError("depth", f"{min(member.normal_thickness) * 1e3:.4g} mm thick teeth of the {name}", allowed)

@@ -372,17 +372,9 @@ def undercut_limits(
     ends: (R_i1, R_e1), (R_i2, R_e2) [m].
     gear_taper: theta_a2, theta_f2.
     """
-    (d_1, d_2), (z_1, z_2), (drive, coast) = (
-        cones.pitch_angle,
-        (inputs.teeth_pinion, inputs.teeth_gear),
-        tooth.pressure_angles,
-    )
-    alpha_n, mean_2, shift, module = (
-        tooth.pressure_angle,
-        cones.cone_distance[1],
-        tooth.factors.profile_shift,
-        tooth.module,
-    )
+    (d_1, d_2), (drive, coast), mean_2 = cones.pitch_angle, tooth.pressure_angles, cones.cone_distance[1]
+    z_1, z_2, alpha_n = inputs.teeth_pinion, inputs.teeth_gear, tooth.pressure_angle
+    shift, module = tooth.factors.profile_shift, tooth.module
     results: list[UndercutLimit] = []
 
     def tool(cone_2: float, theta: float) -> float:

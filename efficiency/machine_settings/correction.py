@@ -38,13 +38,8 @@ from ehl.common.units import parse_quantity
 Order = Literal[1, 2]
 
 # settings of every machine and their natural steps
-_FIRST = {
-    "machine_root_angle": ANGLE_STEP,
-    "radial_setting": LENGTH_STEP,
-    "sliding_base": LENGTH_STEP,
-    "blank_offset": LENGTH_STEP,
-    "machine_centre_to_back": LENGTH_STEP,
-}
+_LENGTHS = ("radial_setting", "sliding_base", "blank_offset", "machine_centre_to_back")
+_FIRST = {"machine_root_angle": ANGLE_STEP, **dict.fromkeys(_LENGTHS, LENGTH_STEP)}
 _SECOND = {"tilt": ANGLE_STEP, "swivel": ANGLE_STEP}
 # natural steps equal to one standard deviation of a point, standard deviation of the root [m], Newton iterations
 _STEPS, _ROOT, _ITERATIONS = 10.0, 20e-6, 3
