@@ -22,6 +22,7 @@ from numpy.polynomial import chebyshev
 from efficiency.cutting.newton import Array
 from ehl.common.arrays import FloatArray
 
+Range = tuple[float, float]
 # relative size of pivots below which the points do not determine a direction
 _RANK = 1e-13
 
@@ -47,14 +48,12 @@ class Patch:
 
     names: tuple[str, ...]  # names of the fields, in the order of the last axis of `coefficients`
     # rectangle
-    u_range: tuple[float, float]
-    v_range: tuple[float, float]
+    u_range: Range
+    v_range: Range
     coefficients: FloatArray  # (nu, nv, k) tensor Chebyshev coefficients
 
     @staticmethod
-    def nodes(
-        u_range: tuple[float, float], v_range: tuple[float, float], shape: tuple[int, int]
-    ) -> tuple[FloatArray, FloatArray]:
+    def nodes(u_range: Range, v_range: Range, shape: tuple[int, int]) -> tuple[FloatArray, FloatArray]:
         """Chebyshev points of the rectangle, flattened with v as the inner index; both (nu nv,)."""
         axes = []
         for (low, high), count in zip((u_range, v_range), shape, strict=True):
@@ -63,13 +62,7 @@ class Patch:
         return u.ravel(), v.ravel()
 
     @classmethod
-    def fit(
-        cls,
-        u_range: tuple[float, float],
-        v_range: tuple[float, float],
-        shape: tuple[int, int],
-        fields: dict[str, FloatArray],
-    ) -> Patch:
+    def fit(cls, u_range: Range, v_range: Range, shape: tuple[int, int], fields: dict[str, FloatArray]) -> Patch:
         """Interpolate values given at `nodes`, each (nu nv,)."""
         values = np.stack(list(fields.values()), axis=-1).reshape(*shape, len(fields))
         for axis, count in enumerate(shape):
@@ -151,14 +144,7 @@ class Patch:
 class PointFit:
     """Least-squares fit of patches to values at fixed points (n,), recommended twice as many as coefficients."""
 
-    def __init__(
-        self,
-        u_range: tuple[float, float],
-        v_range: tuple[float, float],
-        shape: tuple[int, int],
-        u: FloatArray,
-        v: FloatArray,
-    ) -> None:
+    def __init__(self, u_range: Range, v_range: Range, shape: tuple[int, int], u: FloatArray, v: FloatArray) -> None:
         self._empty = Patch(("none",), u_range, v_range, np.zeros((*shape, 1)))
         matrix = self._empty.matrix(u, v)
         self._basis, triangle, self._order = scipy.linalg.qr(matrix, mode="economic", pivoting=True, check_finite=False)

@@ -98,7 +98,7 @@ def _on_cradle(
 ) -> TargetFlank:
     """The same tool in space on another cradle; the cutting parameters are starting values."""
     axis = pair.assembly.pinion_origin[:, 0], pair.assembly.pinion_axis[:, 0]
-    pose = generating.machine_pose(new.point, new.direction, *axis, tool_in_space(pair, target.flank, old))
+    pose = generating.machine_pose((new.point, new.direction), axis, tool_in_space(pair, target.flank, old))
     before = generating.tilt_and_swivel(target.flank)
     shift = before.index_zero - target.flank.index_zero
     facing = (pair.assembly.pinion_frame.T @ pose.work_direction)[:2]
@@ -201,7 +201,7 @@ def conjugate_start(pair: PairDimensions, gear: GearCut, side: FlankSide, grid: 
     # the gear cutter rotated by 180 deg, with its tips at the pinion root at the mean point
     turned = tool.axes @ np.diag([1.0, -1.0, -1.0])
     tool = generating.ToolPose(tool.centre - reach * tool.axes[:, 2], turned)
-    pose = generating.machine_pose(screw.point, screw.direction, *axis, tool)
+    pose = generating.machine_pose((screw.point, screw.direction), axis, tool)
     machine = replace(pose.settings, roll_ratio=1.0 / screw.rate, helical_motion_1=-screw.pitch)
     angle = cut.blade.blade_angle
     zero = pose.cutter_turn - gear.tool_angle

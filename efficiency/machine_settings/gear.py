@@ -124,7 +124,9 @@ def _cut(
     if pair.generation.rolls:
         root = pair.gear.pitch_angle - pair.gear.dedendum_angle
         screw = generating.generating_screw(pair.assembly, generating.share_of_root_angle(pair.assembly, root))
-        pose = generating.machine_pose(screw.point, -screw.direction, np.zeros(3), np.array([0.0, 0.0, 1.0]), placed)
+        pose = generating.machine_pose(
+            (screw.point, -screw.direction), (np.zeros(3), np.array([0.0, 0.0, 1.0])), placed
+        )
         machine = replace(pose.settings, roll_ratio=-pair.assembly.ratio / screw.rate, helical_motion_1=-screw.pitch)
         cutter_turn, facing = pose.cutter_turn, pose.work_direction
         azimuth = float(np.arctan2(facing[1], facing[0]))

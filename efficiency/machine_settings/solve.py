@@ -18,7 +18,14 @@ from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.process import MODIFIED, MOTIONS, PLAIN, PROCESSES
 from efficiency.design.design import Design
 from efficiency.machine_settings import conjugate, settings_result
-from efficiency.machine_settings.design_file import PinionFlanks, design_text, ease_off_table, header, written_flank
+from efficiency.machine_settings.design_file import (
+    FittedFlanks,
+    PinionFlanks,
+    design_text,
+    ease_off_table,
+    header,
+    written_flank,
+)
 from efficiency.machine_settings.fit import PARAMETERS, FitResult, FittedFlank, FreeSettings, fit, measure
 from efficiency.machine_settings.gear import GearCut, PairDimensions, cut_gear, pair_dimensions
 from efficiency.machine_settings.inputs import Cutting, FlankTarget, MemberTargets, SettingsInput, Targets, load_targets
@@ -216,12 +223,9 @@ def _uncut(pair: PairDimensions, start: conjugate.ConjugateFlankStart) -> Fitted
 
 
 def _design(
-    inputs: SettingsInput,
-    pair: PairDimensions,
-    gear: GearCut,
-    fitted: dict[FlankSide, FittedFlank],
-    scale: dict[FlankSide, float],
+    inputs: SettingsInput, pair: PairDimensions, gear: GearCut, fitted: FittedFlanks, scale: dict[FlankSide, float]
 ) -> tuple[str, Design]:
+    """Text and content of the design file."""
     cut_flanks: dict[FlankSide, CutFlank] = {side: written_flank(gear.flank(side), 0.0) for side in FLANK_SIDES}
     pinion: PinionFlanks
     if inputs.cutting.pinion == "conjugate":

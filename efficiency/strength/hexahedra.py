@@ -43,13 +43,11 @@ def shape_functions(places: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 Real = NDArray[np.floating[Any]]
 """Array of numbers of single or double precision."""
+Precision = type[np.floating[Any]]
 
 
 def element_stiffness(
-    corners: FloatArray,
-    youngs_modulus: FloatArray,
-    poisson_ratio: float,
-    precision: type[np.floating[Any]] = np.float64,
+    corners: FloatArray, youngs_modulus: FloatArray, poisson_ratio: float, precision: Precision = np.float64
 ) -> Real:
     """Stiffness (e, 60, 60) of elements from their nodes (e, 20, 3) [m] and Young's moduli (e,) [Pa].
 

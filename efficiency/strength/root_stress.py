@@ -17,7 +17,7 @@ from efficiency.ltca.load_distribution import PositionLoad
 from efficiency.ltca.solid_tooth import SolidTooth, ring_displacements
 from efficiency.strength import hexahedra
 from efficiency.strength.root_mesh import Counts, RootMesh, root_mesh
-from ehl.common.arrays import FloatArray
+from ehl.common.arrays import BoolArray, FloatArray
 from ehl.common.errors import InputError
 
 # teeth in the ring; more teeth change the stress by less than 0.1 %
@@ -230,12 +230,7 @@ def _unit_forces(mesh: RootMesh, side: int) -> FloatArray:
 
 
 def _ring_solution(
-    mesh: RootMesh,
-    factors: hexahedra.Factors,
-    held: NDArray[np.bool_],
-    wanted: NDArray[np.bool_],
-    forces: FloatArray,
-    pitch: float,
+    mesh: RootMesh, factors: hexahedra.Factors, held: BoolArray, wanted: BoolArray, forces: FloatArray, pitch: float
 ) -> dict[int, hexahedra.Real]:
     """Displacement (3 nodes, points) of the loaded tooth (0) and of the next in increasing (1) and decreasing azimuth.
 
