@@ -69,32 +69,27 @@ def pair_blank(inputs: PairBlankInput | Path | str) -> PairBlank:
     trace, ends = _trace(inputs, cones, place, faces)
     outer_2, spiral_2 = ends[1][1], trace.spiral(ends[1][1])
     thick = dimensions.thickness(inputs, cones, tooth, (outer_2, spiral_2))
-    blade = inputs.inside_blade_angle_gear
+    # normal tilt of the cutter of a Formate gear, Equation (48) of AGMA 929
+    blade, tilt = inputs.inside_blade_angle_gear, None
+    if not inputs.gear_generation.rolls:
+        tilt = 0.0 if blade is None else blade - tooth.pressure_angles[0]
     slots = SlotGeometry(
-        cones=cones,
-        place=place,
-        trace=trace,
-        angles=angles,
-        ends=ends,
-        tooth=tooth,
+        cones,
+        place,
+        trace,
+        angles,
+        ends,
+        tooth,
         thickness_gear=thick.mean_normal_thickness[1],
         backlash_in_plane=thick.backlash_normal / cos(tooth.pressure_angle),
         pitch_share=PROCESSES[inputs.process].pitch_share,
-        # normal tilt of the cutter of a Formate gear, Equation (48) of AGMA 929
-        cutter_tilt=None
-        if inputs.gear_generation.rolls
-        else 0.0
-        if blade is None
-        else blade - tooth.pressure_angles[0],
+        cutter_tilt=tilt,
     )
     pinion, gear = (_member(inputs, slots, faces, thick, i) for i in (0, 1))
+    heights, limit = (tooth.addendums, tooth.dedendums), tooth.limit_pressure_angle
     drive, coast = (
-        virtual_gears(
-            cones, place, tooth.module, (tooth.addendums, tooth.dedendums), inputs.face_width_gear, *angles_of
-        )
-        for angles_of in zip(
-            tooth.pressure_angles, (tooth.limit_pressure_angle, -tooth.limit_pressure_angle), strict=True
-        )
+        virtual_gears(cones, place, tooth.module, heights, inputs.face_width_gear, alpha, own)
+        for alpha, own in zip(tooth.pressure_angles, (limit, -limit), strict=True)
     )
     undercut = dimensions.undercut_limits(inputs, cones, place, tooth, trace, ends, thetas)
     if not inputs.gear_generation.rolls:
@@ -114,8 +109,8 @@ def pair_blank(inputs: PairBlankInput | Path | str) -> PairBlank:
         offset_angle_pitch_plane=place.zeta_mp,
         pressure_angle_drive=tooth.pressure_angles[0],
         pressure_angle_coast=tooth.pressure_angles[1],
-        effective_pressure_angle_drive=tooth.pressure_angles[0] - tooth.limit_pressure_angle,
-        effective_pressure_angle_coast=tooth.pressure_angles[1] + tooth.limit_pressure_angle,
+        effective_pressure_angle_drive=tooth.pressure_angles[0] - limit,
+        effective_pressure_angle_coast=tooth.pressure_angles[1] + limit,
         clearance=tooth.clearances[1],
         clearance_pinion=tooth.clearances[0],
         whole_depth_pinion=_whole_depth(pinion),
