@@ -27,7 +27,8 @@ def hobbed_blank(b: dict[str, Any]) -> Blank:
     apex = b["tz2"] if "tz2" in b else cone * np.cos(angle) - b["mean_distance_from_crossing"]
     lengths = {name: b[name] * MM for name in ("face_width", "mean_addendum", "mean_dedendum")}
     lengths |= {"mean_cone_distance": cone * MM, "pitch_apex_beyond_crossing": apex * MM}
-    return Blank(teeth=b["teeth"], pitch_angle=angle, addendum_angle=0.0, dedendum_angle=0.0, **lengths)
+    angles = {"pitch_angle": angle, "addendum_angle": 0.0, "dedendum_angle": 0.0}
+    return Blank(teeth=b["teeth"], hand="right", **angles, **lengths)
 
 
 def offset_angle() -> float:
@@ -78,7 +79,7 @@ def agma_gear(side: Any) -> CutFlank:
     blank = Blank(
         teeth=int(i["z2"]), pitch_angle=np.radians(i["delta2"]), mean_cone_distance=i["Rm"] * MM,
         face_width=i["b2"] * MM, mean_addendum=i["ham2"] * MM, mean_dedendum=i["hfm2"] * MM,
-        addendum_angle=np.radians(2.1342), dedendum_angle=np.radians(i["theta_f2"]),
+        addendum_angle=np.radians(2.1342), dedendum_angle=np.radians(i["theta_f2"]), hand="right",
     )  # fmt: skip
     spiral, radius, sign = np.radians(i["beta_m2"]), i["rc0"] * MM, 1.0 if side == "concave" else -1.0
     below = blank.dedendum_angle

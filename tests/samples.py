@@ -25,7 +25,7 @@ OPERATION = Operation(125.0, 363.15, 0.4e-6, 0.4e-6)
 
 GEAR_BLANK = Blank(
     teeth=39, pitch_angle=np.radians(70.2532), mean_cone_distance=0.081273, face_width=0.0254, mean_addendum=0.001591,
-    mean_dedendum=0.005639, addendum_angle=np.radians(2.1342), dedendum_angle=np.radians(6.4934),
+    mean_dedendum=0.005639, addendum_angle=np.radians(2.1342), dedendum_angle=np.radians(6.4934), hand="right",
 )  # fmt: skip
 
 # a contact of a gear and an oil by numbers, as tables of an input file

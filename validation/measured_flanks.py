@@ -68,11 +68,10 @@ def measure(
         for member, flank in (("pinion", pinion), ("gear", gear)):
             if members not in ("both", member):
                 continue
-            hand = (design.pinion if member == "pinion" else design.gear).blank.hand
             sizes = deviation * SIZES * rng.standard_normal(SIZES.size)
 
             def smooth(grid: PointGrid, error: float, nominal: Flank | None, flank: Flank = flank) -> MeasuredFlank:
-                return measured_flank(grid, flank.side, flank.blank, hand, error, nominal)  # noqa: B023
+                return measured_flank(grid, flank.side, flank.blank, error, nominal)
 
             scatter = noise * rng.standard_normal((9, 15))
             seen[member] = smooth(points(flank, (9, 15), sizes, scatter), noise * 1e-6, None if alone else flank)

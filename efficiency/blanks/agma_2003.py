@@ -16,21 +16,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from efficiency.blanks.rating import (
-    CANTILEVERED,
-    AgmaMember,
-    Curve,
-    Pair,
-    RatedPair,
-    RatingInput,
-    SpectrumRating,
-    as_pair,
-    curvature_factor,
-    dynamic_factor,
-    life_factors,
-    load_cycles,
-    spectrum_rating,
-)
+from efficiency.blanks import rating
+from efficiency.blanks.rating import AgmaMember, Curve, Pair, as_pair
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 
@@ -82,7 +69,7 @@ class AgmaRating:
     # P_ac, P_at [W] with safety factors of 1
     power_pitting: Pair
     power_root: Pair
-    spectrum: SpectrumRating | None  # None without a load spectrum
+    spectrum: rating.SpectrumRating | None  # None without a load spectrum
 
 
 def life_curves(critical_service: bool) -> tuple[Curve, Curve]:
@@ -128,7 +115,7 @@ def hardness_ratio_factor(pinion: AgmaMember, gear: AgmaMember, ratio: float, ro
     return 1.0 if harder < 1.2 else 1.0 + (0.00898 * harder - 0.00829) * (ratio - 1.0)
 
 
-def rate_agma(pair: PairBlank | RatedPair, inputs: RatingInput) -> AgmaRating | None:
+def rate_agma(pair: PairBlank | rating.RatedPair, inputs: rating.RatingInput) -> AgmaRating | None:
     """Load capacity at the torque of the inputs, and over their spectrum; None without a table `agma_2003`."""
     own = inputs.agma_2003
     if own is None:
@@ -139,9 +126,9 @@ def rate_agma(pair: PairBlank | RatedPair, inputs: RatingInput) -> AgmaRating | 
     face = min(pair.pinion.face_width, pair.gear.face_width)
     module = 1e3 * pair.gear.outer_diameter / pair.gear.teeth
     diameters = np.array([pair.pinion.outer_diameter, pair.gear.outer_diameter])
-    distribution = _MOUNTING[CANTILEVERED.index(inputs.cantilevered)] + 5.6 * face**2  # (20M)
+    distribution = _MOUNTING[rating.CANTILEVERED.index(inputs.cantilevered)] + 5.6 * face**2  # (20M)
     size = min(max(4.92 * face + 0.4375, 0.5), 0.83), 0.5 if module < 1.6 else 0.4867 + 0.008399 * module  # (18M, 19M)
-    curvature = curvature_factor(pair)
+    curvature = rating.curvature_factor(pair)
     hot = 1.0 if own.temperature_blank is None else max((own.temperature_blank - 0.15) / 393.0, 1.0)  # (31M)
     reliability = _RELIABILITY[own.one_failure_in]
     members, curves = (own.pinion, own.gear), life_curves(own.critical_service)
@@ -155,7 +142,7 @@ def rate_agma(pair: PairBlank | RatedPair, inputs: RatingInput) -> AgmaRating | 
 
     def stresses(torque: float, speed: float) -> tuple[float, float, FloatArray]:
         """K_v, s_c (1M), s_t (5M)."""
-        dynamic = inputs.dynamic_factor or dynamic_factor(pair, speed, inputs.accuracy_grade)
+        dynamic = inputs.dynamic_factor or rating.dynamic_factor(pair, speed, inputs.accuracy_grade)
         load = 2.0 * torque * inputs.application_factor * dynamic * distribution / (face * diameters[0])
         contact = load * size[0] * own.crowning_factor / (diameters[0] * own.pitting_geometry_factor)
         geometry = np.array([m.bending_geometry_factor for m in members])
@@ -163,10 +150,10 @@ def rate_agma(pair: PairBlank | RatedPair, inputs: RatingInput) -> AgmaRating | 
         return dynamic, _ELASTIC * math.sqrt(contact), load * size[1] / (1e-3 * module * curvature * geometry)
 
     dynamic, contact, root = stresses(inputs.torque, inputs.speed)
-    life = tuple(
-        (1.0, 1.0) if inputs.life is None else life_factors(c, load_cycles(pair.ratio, inputs.speed, inputs.life))
-        for c in curves
-    )
+    life = [(1.0, 1.0)] * 2
+    if inputs.life is not None:
+        cycles = rating.load_cycles(pair.ratio, inputs.speed, inputs.life)
+        life = [rating.life_factors(curve, cycles) for curve in curves]
 
     def used(torque: float, speed: float) -> tuple[FloatArray, FloatArray]:
         _, pressed, bent = stresses(torque, speed)
@@ -197,5 +184,5 @@ def rate_agma(pair: PairBlank | RatedPair, inputs: RatingInput) -> AgmaRating | 
         safety_root=as_pair(safety[1]),
         power_pitting=as_pair(power * safety[0] ** 2),
         power_root=as_pair(power * safety[1]),
-        spectrum=spectrum_rating(curves, inputs.loads, pair.ratio, used),
+        spectrum=rating.spectrum_rating(curves, inputs.loads, pair.ratio, used),
     )

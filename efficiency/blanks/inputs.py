@@ -25,19 +25,12 @@ if TYPE_CHECKING:
 else:
     ProcessName = Literal[tuple(PROCESSES)]
     GenerationName = Literal[tuple(GENERATIONS)]
-Offset = Annotated[
-    float,
-    ValueRange(
-        "m", ge=-0.5, le=0.5, hint="Sign as in ISO 23509: a positive offset increases the spiral angle of the pinion."
-    ),
-]
-SpiralAngle = Annotated[
-    float,
-    ValueRange("rad", ge=0.0, le=radians(65.0), hint="Spiral angles up to 65 deg can be cut; usual are 25 to 50 deg."),
-]
-SpiralAnglePinion = Annotated[
-    float, ValueRange("rad", ge=0.0, le=radians(80.0), hint="Usual are 35 to 50 deg; up to 80 deg with 1 to 3 teeth.")
-]
+_SIGN = "Sign as in ISO 23509: a positive offset increases the spiral angle of the pinion."
+_GEAR = "Spiral angles up to 65 deg can be cut; usual are 25 to 50 deg."
+_PINION = "Usual are 35 to 50 deg; up to 80 deg with 1 to 3 teeth."
+Offset = Annotated[float, ValueRange("m", ge=-0.5, le=0.5, hint=_SIGN)]
+SpiralAngle = Annotated[float, ValueRange("rad", ge=0.0, le=radians(65.0), hint=_GEAR)]
+SpiralAnglePinion = Annotated[float, ValueRange("rad", ge=0.0, le=radians(80.0), hint=_PINION)]
 PressureAngle = Annotated[float, ValueRange("rad", ge=radians(8.0), le=radians(35.0))]
 TaperAngle = Annotated[float, ValueRange("rad", ge=0.0, le=radians(15.0))]
 Teeth = Annotated[int, Field(ge=1, le=300)]
@@ -187,9 +180,8 @@ class PairBlankInput(InputModel):
     @model_validator(mode="after")
     def _pair(self) -> Self:
         if self.hand_gear == self.hand_pinion:
-            raise InputError(
-                "hand_gear", self.hand_gear, "the opposite of the pinion's hand", "Two equal hands do not mesh."
-            )
+            allowed = "the opposite of the pinion's hand"
+            raise InputError("hand_gear", self.hand_gear, allowed, "Two equal hands do not mesh.")
         if self.teeth_gear < self.teeth_pinion:
             raise InputError("teeth_gear", self.teeth_gear, f"at least the {self.teeth_pinion} teeth of the pinion")
         if self.method == 0 and self.hypoid_offset:
@@ -211,6 +203,16 @@ def _left_out(model: InputModel, where: str) -> Iterator[str]:
             unit = next((item.unit for item in info.metadata if isinstance(item, ValueRange)), "")
             shown, factor = _SHOWN.get(unit, (unit, 1.0))
             yield f"{where}{name} = {value if not unit else f'{factor * value:.6g} {shown}'}"
+
+
+def check_pressure_angles(inputs: PairBlankInput, generated: tuple[float, float], limit: float) -> None:
+    """Refuse generated pressure angles outside the range of blades."""
+    for name, alpha in zip(("drive", "coast"), generated, strict=True):
+        if not 5.0 <= degrees(alpha) <= 40.0:
+            stated = f"{degrees(getattr(inputs.pressure_angle, name)):.4g} deg"
+            hint = f"The limit pressure angle is {degrees(limit):.4g} deg: change limit_influence, offset or cutter."
+            allowed = f"a generated angle of 5 to 40 deg, here {degrees(alpha):.4g} deg"
+            raise InputError(f"pressure_angle.{name}", stated, allowed, hint)
 
 
 def load_blank(name: str | Path) -> PairBlankInput:

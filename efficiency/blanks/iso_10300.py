@@ -16,20 +16,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from efficiency.blanks.rating import (
-    CANTILEVERED,
-    Pair,
-    RatedPair,
-    RatingInput,
-    Side,
-    SpectrumRating,
-    as_pair,
-    curvature_factor,
-    dynamic_factor,
-    life_factors,
-    load_cycles,
-    spectrum_rating,
-)
+from efficiency.blanks import rating
+from efficiency.blanks.rating import Pair, RatingInput
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 
@@ -158,10 +146,10 @@ class FlankRating:
     root_stress: Pair
     root_stress_permissible: Pair
     safety_root: Pair  # S_F
-    spectrum: SpectrumRating | None  # None without a load spectrum
+    spectrum: rating.SpectrumRating | None  # None without a load spectrum
 
 
-def rate_flank(pair: PairBlank | RatedPair, inputs: RatingInput, side: Side) -> FlankRating:
+def rate_flank(pair: PairBlank | rating.RatedPair, inputs: RatingInput, side: rating.Side) -> FlankRating:
     """Load capacity of the flanks of one side at the torque of the inputs, and over their spectrum.
 
     The same torque is taken for both sides; for the coast side its direction is reversed.
@@ -170,15 +158,15 @@ def rate_flank(pair: PairBlank | RatedPair, inputs: RatingInput, side: Side) -> 
     now = flank.at(inputs.torque, inputs.speed)
     contact_limit, root_limit = flank.contact_limit * np.ones(2), flank.root_limit
     if inputs.life is not None:
-        cycles = load_cycles(pair.ratio, inputs.speed, inputs.life)
-        contact_limit = contact_limit * life_factors(PITTING_LIFE, cycles)
-        root_limit = root_limit * life_factors(ROOT_LIFE, cycles)
+        cycles = rating.load_cycles(pair.ratio, inputs.speed, inputs.life)
+        contact_limit = contact_limit * rating.life_factors(PITTING_LIFE, cycles)
+        root_limit = root_limit * rating.life_factors(ROOT_LIFE, cycles)
     found = vars(flank) | vars(now)
     found |= {"contact_stress_permissible": contact_limit, "safety_pitting": contact_limit / now.contact_stress}
     found |= {"root_stress_permissible": root_limit, "safety_root": root_limit / now.root_stress}
-    found["spectrum"] = spectrum_rating((PITTING_LIFE, ROOT_LIFE), inputs.loads, pair.ratio, flank.used)
+    found["spectrum"] = rating.spectrum_rating((PITTING_LIFE, ROOT_LIFE), inputs.loads, pair.ratio, flank.used)
     own: dict[str, Any] = {f.name: found[f.name] for f in fields(FlankRating)}
-    own |= {name: as_pair(value) for name, value in own.items() if isinstance(value, np.ndarray)}
+    own |= {name: rating.as_pair(value) for name, value in own.items() if isinstance(value, np.ndarray)}
     return FlankRating(**own)
 
 
@@ -199,22 +187,21 @@ class _Loaded:
 class _Flank:
     """Quantities of the rating of one flank that do not depend on the torque, and the stresses at a torque."""
 
-    def __init__(self, pair: PairBlank | RatedPair, inputs: RatingInput, side: Side) -> None:
+    def __init__(self, pair: PairBlank | rating.RatedPair, inputs: RatingInput, side: rating.Side) -> None:
         self.pair, self.inputs = pair, inputs
         drive = side == "drive"
         self.virtual: VirtualGears = pair.virtual_drive if drive else pair.virtual_coast
         self.alpha_n = pair.pressure_angle_drive if drive else pair.pressure_angle_coast
         self.alpha_e = pair.effective_pressure_angle_drive if drive else pair.effective_pressure_angle_coast
-        mounting = _MOUNTING[inputs.pattern_verified][CANTILEVERED.index(inputs.cantilevered)]
+        mounting = _MOUNTING[inputs.pattern_verified][rating.CANTILEVERED.index(inputs.cantilevered)]
         self.face_load_factor = 1.5 * mounting  # (28)
-        self.curvature_factor = curvature_factor(pair)
+        self.curvature_factor = rating.curvature_factor(pair)
         self.face_load_factor_root = self.face_load_factor / self.curvature_factor
         self.contact_line = self._contact_line()
         self.mid_zone_factor = self._mid_zone_factor()
         self.elasticity_factor = math.sqrt(_STEEL[0] / (2.0 * math.pi * (1.0 - _STEEL[1] ** 2)))  # (51)
-        self.hypoid_factor = hypoid_factor(
-            pair.pinion.mean_spiral_angle, pair.gear.mean_spiral_angle, self.alpha_n, self.alpha_e
-        )
+        spirals = pair.pinion.mean_spiral_angle, pair.gear.mean_spiral_angle
+        self.hypoid_factor = hypoid_factor(*spirals, self.alpha_n, self.alpha_e)
         speed = 0.5 * inputs.speed / pair.ratio * pair.gear.mean_diameter
         self.film_factors = (
             lubricant_factor(inputs.contact_endurance, inputs.viscosity_kinematic_40)
@@ -261,7 +248,7 @@ class _Flank:
         """
         pair, inputs = self.pair, self.inputs
         if inputs.pitch_deviation_gear is None:
-            return dynamic_factor(pair, speed, inputs.accuracy_grade)
+            return rating.dynamic_factor(pair, speed, inputs.accuracy_grade)
         mean = math.cos(0.5 * (pair.pressure_angle_drive + pair.pressure_angle_coast))
         masses = [0.125 * _STEEL[2] * math.pi * (m.mean_diameter / mean) ** 2 for m in (pair.pinion, pair.gear)]
         reduced = masses[0] * masses[1] / sum(masses)

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from math import acos, asin, atan2, cos, degrees, radians, sin
 
 from efficiency.blanks.inputs import PairBlankInput
+from efficiency.blanks.rating import Pair
 from efficiency.blanks.tangency import PitchCones, crown_gear
 from ehl.common.errors import InputError
 
@@ -40,11 +41,16 @@ class Trace:
         q, base = self.generating_angle(cone), self.epicycloid_base_radius
         return atan2(cone - base * cos(q), base * sin(q))
 
+    def spirals(self, cone: float, offset_in_plane: float) -> Pair:
+        """Spiral angles of both members at cone distance R of the gear and offset a_p in the pitch plane [m]."""
+        gear = self.spiral(cone)
+        return gear + asin(offset_in_plane / cone), gear
+
 
 def tooth_trace(inputs: PairBlankInput, cones: PitchCones) -> Trace:
     """Trace through the calculation point."""
-    crown = crown_gear(inputs, cones.cone_distance_2, cones.pitch_angle_2, cones.spiral_2)
-    turns = inputs.indexing * sin(cones.pitch_angle_2)
+    crown = crown_gear(inputs, cones.cone_distance[1], cones.pitch_angle[1], cones.spiral[1])
+    turns = inputs.indexing * sin(cones.pitch_angle[1])
     return Trace(crown.radius, crown.lead, crown.distance, crown.distance / (1.0 + turns))
 
 
@@ -55,7 +61,7 @@ def check_trace(inputs: PairBlankInput, cones: PitchCones, places: tuple[float, 
     offset_in_plane: a_p [m].
     """
     trace = tooth_trace(inputs, cones)
-    steepest = max(SPIRAL_AT_THE_ENDS, min(abs(cones.spiral_1) + STEEPER, STEEPEST))
+    steepest = max(SPIRAL_AT_THE_ENDS, min(abs(cones.spiral[0]) + STEEPER, STEEPEST))
     if _serves(trace, places, offset_in_plane, steepest):
         return trace
 
@@ -72,12 +78,9 @@ def check_trace(inputs: PairBlankInput, cones: PitchCones, places: tuple[float, 
         if with_radius(high):
             break
     else:
-        raise InputError(
-            "face_width_gear",
-            f"{inputs.face_width_gear * 1e3:.6g} mm",
-            "a smaller face width, spiral angle or offset: no cutter radius keeps the spiral angles below "
-            f"{degrees(steepest):.0f} deg",
-        )
+        allowed = "a smaller face width, spiral angle or offset: no cutter radius keeps the spiral angles below "
+        stated = f"{inputs.face_width_gear * 1e3:.6g} mm"
+        raise InputError("face_width_gear", stated, f"{allowed}{degrees(steepest):.0f} deg")
     for _ in range(50):
         middle = 0.5 * (low + high)
         low, high = (low, middle) if with_radius(middle) else (middle, high)
@@ -90,8 +93,6 @@ def _serves(trace: Trace, places: tuple[float, ...], offset_in_plane: float, ste
     for place in places:
         if abs(offset_in_plane) >= place or not trace.reaches(place):
             return False
-        gear = trace.spiral(place)
-        pinion = gear + asin(offset_in_plane / place)
-        if max(abs(gear), abs(pinion)) >= steepest:
+        if max(map(abs, trace.spirals(place, offset_in_plane))) >= steepest:
             return False
     return True

@@ -11,7 +11,6 @@ from efficiency.blanks import tangency
 from efficiency.blanks.inputs import PairBlankInput
 from ehl.common.errors import InputError
 
-TOLERANCE = 0.01
 # share of the gear radius below which rounding hides the limit curvature: cones of a bevel pair
 NO_OFFSET = 1e-7
 
@@ -30,7 +29,7 @@ def method_1(inputs: PairBlankInput) -> tangency.PitchCones:
         return trial(inputs, start, eta)
 
     if inputs.pitch_cones != "converged":
-        return tangency.printed_trials(inputs, of_eta, start.eta, 1.1 * start.eta, TOLERANCE, "rho_mbeta/rho_lim")
+        return tangency.printed_trials(inputs, of_eta, start.eta, 1.1 * start.eta, "rho_mbeta/rho_lim")
 
     def of_log(log_eta: float) -> tangency.PitchCones:
         return of_eta(start.eta * exp(log_eta))
@@ -87,32 +86,30 @@ def trial(inputs: PairBlankInput, start: _Start, eta: float) -> tangency.PitchCo
     spiral_1 = atan((start.factor + growth - cos(epsilon_p)) / sin(epsilon_p))
     spiral_2 = spiral_1 - epsilon_p
     delta_2 = atan2(sin(epsilon) / tan(eta) / cos(excess) + cos(epsilon) * tan(excess), 1.0)
-    cones = tangency.PitchCones(delta_1, delta_2, r_1 / sin(delta_1), r_2 / sin(delta_2), spiral_1, spiral_2, 0.5)
+    distances = r_1 / sin(delta_1), r_2 / sin(delta_2)
+    cones = tangency.PitchCones((delta_1, delta_2), distances, (spiral_1, spiral_2))
     closure = lengthwise_radius(inputs, cones) * limit_curvature(cones, epsilon_p) - 1.0
     return replace(cones, face_width_factor=_face_width_factor(inputs, cones), closure=closure)
 
 
 def limit_curvature(cones: tangency.PitchCones, zeta_mp: float) -> float:
     """1/rho_lim [1/m], Formula (33): the lengthwise curvature at which pitch-plane sliding keeps its direction."""
-    b_1, b_2 = cones.spiral_1, cones.spiral_2
-    cone_1, cone_2 = cones.cone_distance_1, cones.cone_distance_2
-    alpha = tangency.limit_pressure_angle(cones.pitch_angle_1, cones.pitch_angle_2, cone_1, cone_2, b_1, b_2, zeta_mp)
-    bend = tan(b_1) / (cone_1 * tan(cones.pitch_angle_1)) + tan(b_2) / (cone_2 * tan(cones.pitch_angle_2))
-    return (
-        cos(alpha) * (1.0 / (cone_1 * cos(b_1)) - 1.0 / (cone_2 * cos(b_2)) - tan(alpha) * bend) / (tan(b_1) - tan(b_2))
-    )
+    (b_1, b_2), (cone_1, cone_2), (d_1, d_2) = cones.spiral, cones.cone_distance, cones.pitch_angle
+    alpha = cones.limit_pressure_angle(zeta_mp)
+    bend = tan(b_1) / (cone_1 * tan(d_1)) + tan(b_2) / (cone_2 * tan(d_2))
+    level = 1.0 / (cone_1 * cos(b_1)) - 1.0 / (cone_2 * cos(b_2)) - tan(alpha) * bend
+    return cos(alpha) * level / (tan(b_1) - tan(b_2))
 
 
 def lengthwise_radius(inputs: PairBlankInput, cones: tangency.PitchCones) -> float:
     """rho_mbeta, lengthwise radius of curvature of the tooth [m]: r_c0 or the epicycloid's, Formulae (34) to (40)."""
-    spiral, cone = cones.spiral_2, cones.cone_distance_2
-    crown = tangency.crown_gear(inputs, cone, cones.pitch_angle_2, spiral)
+    spiral, cone = cones.spiral[1], cones.cone_distance[1]
+    crown = tangency.crown_gear(inputs, cone, cones.pitch_angle[1], spiral)
+    radius, lead = crown.radius, crown.lead
     # from the gear apex, normal to the flank: tan of the angle to the cutter centre, Formulae (38) and (52)
-    eta = atan2(
-        crown.radius * cos(crown.lead) - cone * sin(spiral), crown.radius * sin(crown.lead) + cone * cos(spiral)
-    )
+    eta = atan2(radius * cos(lead) - cone * sin(spiral), radius * sin(lead) + cone * cos(spiral))
     both = tan(spiral) + tan(eta)
-    return cone * cos(spiral) * (tan(spiral) + tan(eta) / (1.0 + tan(crown.lead) * both))
+    return cone * cos(spiral) * (tan(spiral) + tan(eta) / (1.0 + tan(lead) * both))
 
 
 def _face_width_factor(inputs: PairBlankInput, cones: tangency.PitchCones) -> float:
@@ -120,4 +117,4 @@ def _face_width_factor(inputs: PairBlankInput, cones: tangency.PitchCones) -> fl
     outer = inputs.outer_pitch_diameter_gear
     if outer is None:
         return 0.5
-    return (0.5 * outer / sin(cones.pitch_angle_2) - cones.cone_distance_2) / inputs.face_width_gear
+    return (0.5 * outer / sin(cones.pitch_angle[1]) - cones.cone_distance[1]) / inputs.face_width_gear

@@ -7,18 +7,10 @@ from dataclasses import dataclass, replace
 from functools import partial
 from math import asin, atan, atan2, cos, radians, sin, tan
 
+from efficiency.blanks import tangency
 from efficiency.blanks.inputs import PairBlankInput
-from efficiency.blanks.tangency import (
-    PitchCones,
-    bevel_cones,
-    crown_gear,
-    gear_cone_method,
-    gear_mean_diameter,
-    printed_trials,
-)
+from efficiency.blanks.tangency import PitchCones, bevel_cones
 from ehl.common.errors import ConvergenceError, InputError
-
-TOLERANCE = 0.01
 
 
 def method_2(inputs: PairBlankInput) -> PitchCones:
@@ -27,26 +19,29 @@ def method_2(inputs: PairBlankInput) -> PitchCones:
     assert spiral is not None
 
     def closure(cones: PitchCones) -> float:
-        return cones.cone_distance_1 / apex_on_cutter_line(inputs, cones, cones.spiral_1 - spiral) - 1.0
+        return cones.cone_distance[0] / apex_on_cutter_line(inputs, cones, cones.spiral[0] - spiral) - 1.0
 
     def as_printed() -> tuple[PitchCones, float]:
         cones = _as_printed_any_diameter(inputs, spiral)
-        return cones, cones.mean_diameter_2
+        return cones, cones.mean_diameter[1]
 
     bevel = bevel_cones(inputs, spiral)
-    return gear_cone_method(inputs, bevel, closure, lambda: _start_angle(inputs, spiral), as_printed)
+    return tangency.gear_cone_method(inputs, bevel, closure, lambda: _start_angle(inputs, spiral), as_printed)
 
 
 def _as_printed_any_diameter(inputs: PairBlankInput, spiral: float) -> PitchCones:
     if inputs.mean_pitch_diameter_gear is not None:
         return _as_printed(inputs, spiral)
-    delta_2 = bevel_cones(inputs, spiral).pitch_angle_2
+    delta_2 = bevel_cones(inputs, spiral).pitch_angle[1]
     for _ in range(60):
-        update = {"mean_pitch_diameter_gear": gear_mean_diameter(inputs, delta_2), "outer_pitch_diameter_gear": None}
+        update = {
+            "mean_pitch_diameter_gear": tangency.gear_mean_diameter(inputs, delta_2),
+            "outer_pitch_diameter_gear": None,
+        }
         cones = _as_printed(inputs.model_copy(update=update), spiral)
-        if abs(cones.pitch_angle_2 - delta_2) < 1e-13:
+        if abs(cones.pitch_angle[1] - delta_2) < 1e-13:
             return cones
-        delta_2 = cones.pitch_angle_2
+        delta_2 = cones.pitch_angle[1]
     raise ConvergenceError("method_2", "the mean diameter that belongs to the outer one was not found")
 
 
@@ -55,8 +50,9 @@ def apex_on_cutter_line(inputs: PairBlankInput, cones: PitchCones, zeta_mp: floa
 
     Law of sines in the pitch plane, R_m2 sin phi_6/sin(pi - zeta_mp - phi_6) with phi_6 the angle at the gear apex.
     """
-    crown = crown_gear(inputs, cones.cone_distance_2, cones.pitch_angle_2, cones.spiral_2)
-    return cones.cone_distance_2 * crown.across / (crown.across * cos(zeta_mp) + crown.along * sin(zeta_mp))
+    cone = cones.cone_distance[1]
+    crown = tangency.crown_gear(inputs, cone, cones.pitch_angle[1], cones.spiral[1])
+    return cone * crown.across / (crown.across * cos(zeta_mp) + crown.along * sin(zeta_mp))
 
 
 @dataclass(frozen=True)
@@ -76,7 +72,7 @@ def _start(inputs: PairBlankInput, spiral: float, diameter: float) -> _Start:
     ratio = inputs.teeth_gear / inputs.teeth_pinion
     delta_1 = atan(sin(sigma) / (ratio + cos(sigma)))
     delta_2 = sigma - delta_1
-    lead = crown_gear(inputs, diameter / (2.0 * sin(delta_2)), delta_2, spiral).lead
+    lead = tangency.crown_gear(inputs, diameter / (2.0 * sin(delta_2)), delta_2, spiral).lead
     zeta = asin(2.0 * offset / diameter / (1.0 + cos(delta_2) / (ratio * cos(delta_1))))
     factor = cos(spiral) / cos(spiral + zeta)
     diameter_1 = factor * diameter / ratio
@@ -94,10 +90,10 @@ def _start_angle(inputs: PairBlankInput, spiral: float) -> float:
     """First trial of delta_2, or that of the bevel pair if the approximations of the standard fail."""
     bevel = bevel_cones(inputs, spiral)
     try:
-        start = _start(inputs, spiral, bevel.mean_diameter_2).delta_2
+        start = _start(inputs, spiral, bevel.mean_diameter[1]).delta_2
     except (ValueError, ZeroDivisionError, InputError):
-        return bevel.pitch_angle_2
-    return start if 0.1 < start < bevel.pitch_angle_2 else bevel.pitch_angle_2
+        return bevel.pitch_angle[1]
+    return start if 0.1 < start < bevel.pitch_angle[1] else bevel.pitch_angle[1]
 
 
 def _as_printed(inputs: PairBlankInput, spiral: float) -> PitchCones:
@@ -111,7 +107,7 @@ def _as_printed(inputs: PairBlankInput, spiral: float) -> PitchCones:
     start = _start(inputs, spiral, diameter)
     first, second = start.delta_2, start.delta_2 + radians(0.1)
     trial = partial(_trial, inputs, spiral, diameter, start)
-    return printed_trials(inputs, trial, first, second, TOLERANCE, "R_m1/R_mcheck")
+    return tangency.printed_trials(inputs, trial, first, second, "R_m1/R_mcheck")
 
 
 def _trial(inputs: PairBlankInput, spiral: float, diameter: float, start: _Start, delta: float) -> PitchCones:
@@ -146,5 +142,5 @@ def _trial(inputs: PairBlankInput, spiral: float, diameter: float, start: _Start
     xi = atan2(sin(sigma) * cos(zeta_m), cos(sigma)) - delta_2
     delta_1 = atan(tan(xi) * cos(zeta_mp))
     cone_1, cone_2 = diameter_1 / (2.0 * sin(delta_1)), diameter / (2.0 * sin(delta_2))
-    cones = PitchCones(delta_1, delta_2, cone_1, cone_2, spiral_1, spiral, 0.5)
+    cones = PitchCones((delta_1, delta_2), (cone_1, cone_2), (spiral_1, spiral))
     return replace(cones, closure=cone_1 / apex_on_cutter_line(inputs, cones, zeta_mp) - 1.0)

@@ -126,17 +126,13 @@ class MemberBlank:
 
     @property
     def cones(self) -> Blank:
-        """The member for the flanks: its mean point is the middle of the face, not the calculation point."""
+        """Blank of the flanks (table `blank` of a design file); its mean point is the middle of the face."""
         shift = self.middle_shift
         own: dict[str, Any] = {name: getattr(self, name) for name in Blank.model_fields}
         own["mean_cone_distance"] += shift
         own["mean_addendum"] += shift * tan(self.addendum_angle)
         own["mean_dedendum"] += shift * tan(self.dedendum_angle)
         return Blank(**own)
-
-    def design_table(self) -> dict[str, Any]:
-        """Keys and values of the table `blank` of a design file, SI."""
-        return {**self.cones.model_dump(), "hand": self.hand}
 
 
 @dataclass(frozen=True, repr=False)
@@ -235,14 +231,11 @@ class PairBlank(Reportable):
     def sections(self, medium: Medium = "page", *args: Any, **options: Any) -> list[Section]:
         """Tables of the pair, of both members, and of its virtual gears; defaults and warnings below the last table."""
         places = [(name, i, place) for name in _AT_PLACES for i, place in enumerate(("toe", "mean", "heel"))]
-        members = [
-            (
-                name,
-                *(round(getattr(member, field), _DECIMALS) for field in _MEMBER),
-                *(round(getattr(member, field)[i], _DECIMALS) for field, i, _ in places),
-            )
-            for name, member in (("pinion", self.pinion), ("gear", self.gear))
-        ]
+        members = []
+        for name, member in (("pinion", self.pinion), ("gear", self.gear)):
+            values = [*(getattr(member, field) for field in _MEMBER), *(getattr(member, n)[i] for n, i, _ in places)]
+            members.append((name, *(round(value, _DECIMALS) for value in values)))
+        pair = [[round(getattr(self, name), _DECIMALS) for name in _PAIR]]
         virtual = [
             (side, *(getattr(gears, field) for field in _VIRTUAL))
             for side, gears in (("drive", self.virtual_drive), ("coast", self.virtual_coast))
@@ -254,29 +247,15 @@ class PairBlank(Reportable):
             hands += f", pinion axis {'below' if self.pinion_below else 'above'} the gear axis"
         at_places = [_column(name, place) for name, _, place in places]
         notes = [f"default: {item}" for item in self.defaults] + [f"warning: {item}" for item in self.warnings]
+        of_members, of_virtual = (
+            f"members ({taper} depth taper; {hands})",
+            "virtual gears (ISO 10300-1, 85 % of the face)",
+        )
+        heads: list[Column | str] = ["member", *_columns(_MEMBER), *at_places]
         tables: list[Item] = [
-            Table(
-                _columns(_PAIR),
-                [[round(getattr(self, name), _DECIMALS) for name in _PAIR]],
-                title,
-                name="pair",
-                vertical=True,
-            ),
-            Table(
-                ["member", *_columns(_MEMBER), *at_places],
-                members,
-                f"members ({taper} depth taper; {hands})",
-                name="members",
-                vertical=True,
-            ),
-            Table(
-                ["side", *_columns(_VIRTUAL)],
-                virtual,
-                "virtual gears (ISO 10300-1, 85 % of the face)",
-                notes,
-                "virtual_gears",
-                vertical=True,
-            ),
+            Table(_columns(_PAIR), pair, title, name="pair", vertical=True),
+            Table(heads, members, of_members, name="members", vertical=True),
+            Table(["side", *_columns(_VIRTUAL)], virtual, of_virtual, notes, "virtual_gears", vertical=True),
         ]
         if medium == "page":
             tables.append(Folded("Gear data for drawings", [self.drawing_table()]))
@@ -304,16 +283,10 @@ def _rating(
 ) -> list[Item]:
     first = next(iter(flanks.values()))
     shared = [f.name for f in fields(first) if f.type == "float"]
-    members = {
-        side: {
-            name: value
-            for part in (flank, flank.spectrum)
-            if part is not None
-            for name, value in vars(part).items()
-            if isinstance(value, tuple)
-        }
-        for side, flank in flanks.items()
-    }
+    members = {}
+    for side, flank in flanks.items():
+        every = vars(flank) | (vars(flank.spectrum) if flank.spectrum else {})
+        members[side] = {name: value for name, value in every.items() if isinstance(value, tuple)}
     own = list(next(iter(members.values())))
     rows = [
         (side, member, *(values[name][i] for name in own))
@@ -321,17 +294,11 @@ def _rating(
         for i, member in enumerate(("pinion", "gear"))
     ]
     note = "after public sources, not the standard: not a certified calculation"
+    common = [(side, *(getattr(flank, name) for name in shared)) for side, flank in flanks.items()]
+    heads: list[Column | str] = ["side", "member", *_columns(own, 4)]
     return [
-        Table(
-            ["side", *_columns(shared, 4)],
-            [(side, *(getattr(flank, name) for name in shared)) for side, flank in flanks.items()],
-            title,
-            name=names[0],
-            vertical=True,
-        ),
-        Table(
-            ["side", "member", *_columns(own, 4)], rows, "stresses and safety", [*notes, note], names[1], vertical=True
-        ),
+        Table(["side", *_columns(shared, 4)], common, title, name=names[0], vertical=True),
+        Table(heads, rows, "stresses and safety", [*notes, note], names[1], vertical=True),
     ]
 
 

@@ -30,6 +30,8 @@ Side = Literal["drive", "coast"]
 SIDES: tuple[Side, Side] = ("drive", "coast")
 Pair = tuple[float, float]  # values of pinion and gear
 Curve = tuple[Sequence[float], Sequence[float]]  # load cycles, life factors
+# contact and root stress over their limits at a pinion torque [N m] and speed [rad/s]
+Used = Callable[[float, float], tuple[FloatArray, FloatArray]]
 Torque = Annotated[float, ValueRange("N*m", gt=0.0, le=1e7)]
 Speed = Annotated[float, ValueRange("rad/s", gt=0.0, le=1e5)]
 Hours = Annotated[float, ValueRange("h", gt=0.0, le=1e6)]
@@ -202,15 +204,11 @@ def _safety(curve: Curve, steps: Sequence[tuple[float, float]]) -> float:
 
 
 def spectrum_rating(
-    curves: tuple[Curve, Curve],
-    loads: Sequence[RatingLoad],
-    ratio: float,
-    used: Callable[[float, float], tuple[FloatArray, FloatArray]],
+    curves: tuple[Curve, Curve], loads: Sequence[RatingLoad], ratio: float, used: Used
 ) -> SpectrumRating | None:
     """Damage of a load spectrum; None without one.
 
     curves: life curves of pitting and root.
-    used: contact and root stress over their limits at a pinion torque [N m] and speed [rad/s].
     """
     if not loads:
         return None

@@ -12,10 +12,12 @@ by up to 0.6 mm.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import acos, asin, cos, pi, sin, sqrt, tan
+from math import acos, asin, cos, pi, sin, tan
+from typing import Any
 
-from efficiency.blanks.dimensions import FaceAndRoot, Placement
+from efficiency.blanks.dimensions import FaceAndRoot, Placement, ToothDepth, gear_cone
 from efficiency.blanks.lengthwise import Trace
+from efficiency.blanks.rating import Pair
 from efficiency.blanks.tangency import PitchCones
 
 Three = tuple[float, float, float]
@@ -33,72 +35,71 @@ class SlotGeometry:
     place: Placement
     trace: Trace
     angles: FaceAndRoot
-    ends: tuple[tuple[float, float], tuple[float, float]]
-    module: float
-    dedendums: tuple[float, float]
-    clearance: tuple[float, float]
+    ends: tuple[Pair, Pair]
+    tooth: ToothDepth
     thickness_gear: float
     backlash_in_plane: float
-    pressure_angles: tuple[float, float]
     pitch_share: float
     cutter_tilt: float | None = None
 
     def spiral_pinion(self, cone_2: float) -> float:
         """Spiral angle of the pinion at cone distance R_2 of the gear."""
-        return self.trace.spiral(cone_2) + asin(self.place.offset_pitch_plane / cone_2)
+        return self.trace.spirals(cone_2, self.place.offset_pitch_plane)[0]
+
+    def spiral(self, member: int, cone: float) -> float:
+        """Spiral angle of the pinion (0) or the gear (1) at its own cone distance [m]."""
+        return self.trace.spiral(cone) if member else self.spiral_pinion(self.gear_cone(cone))
 
     def gear_cone(self, cone_1: float) -> float:
-        """Cone distance of the gear opposite to one of the pinion, Equation (16)."""
-        along = cone_1 - self.cones.cone_distance_1
-        mean = self.cones.cone_distance_2
-        return sqrt(mean**2 + along**2 + 2.0 * mean * along * cos(self.place.zeta_mp))
+        """Cone distance of the gear opposite to one of the pinion."""
+        return gear_cone(self.cones, self.place, cone_1)
 
     def pinion_cone(self, cone_2: float) -> float:
         """Cone distance of the pinion opposite to one of the gear, Equation (55)."""
+        mean_1, mean_2 = self.cones.cone_distance
         zeta = asin(self.place.offset_pitch_plane / cone_2)
-        return self.cones.cone_distance_1 + cone_2 * cos(zeta) - self.cones.cone_distance_2 * cos(self.place.zeta_mp)
+        return mean_1 + cone_2 * cos(zeta) - mean_2 * cos(self.place.zeta_mp)
 
     def pitch_ratio(self, cone_2: float) -> float:
         """Normal pitch over that of the mean point."""
-        mean = self.cones.cone_distance_2 * cos(self.cones.spiral_2)
+        mean = self.cones.cone_distance[1] * cos(self.cones.spiral[1])
         return cone_2 * cos(self.trace.spiral(cone_2)) / mean
 
     def dedendum_pinion(self, cone_1: float) -> float:
         """h_f1 at R_1 [m]."""
-        return self.dedendums[0] + (cone_1 - self.cones.cone_distance_1) * tan(self.angles.dedendum_angle[0])
+        return self.tooth.dedendums[0] + (cone_1 - self.cones.cone_distance[0]) * tan(self.angles.dedendum_angle[0])
 
     def dedendum_gear(self, cone_2: float) -> float:
         """h_f2 at R_2 [m], Equations (59) and (60)."""
-        along = cone_2 - self.cones.cone_distance_2
-        return self.dedendums[1] + along * tan(self.angles.dedendum_angle[1]) - self.root_rise(cone_2)
+        along = cone_2 - self.cones.cone_distance[1]
+        return self.tooth.dedendums[1] + along * tan(self.angles.dedendum_angle[1]) - self.root_rise(cone_2)
 
     def root_rise(self, cone_2: float) -> float:
         """Delta h_2 [m]: root of a Formate gear over its root cone, Equation (57); 0 for a generated one."""
         if self.cutter_tilt is None:
             return 0.0
-        mean, trace = self.cones.cone_distance_2, self.trace
-        tilted = (
-            (cone_2 - mean) ** 2 * tan(self.cutter_tilt) / (2.0 * trace.cutter_radius * cos(self.cones.spiral_2) ** 2)
-        )
+        mean, trace = self.cones.cone_distance[1], self.trace
+        radius = trace.cutter_radius * cos(self.cones.spiral[1]) ** 2
+        tilted = (cone_2 - mean) ** 2 * tan(self.cutter_tilt) / (2.0 * radius)
         turn = trace.generating_angle(cone_2) - trace.generating_angle(mean)
         return tilted + cone_2 * sin(turn) ** 2 / (2.0 * tan(self.angles.root_angle[1]))
 
     @property
     def flare(self) -> float:
         """Growth of a slot with its height, tan alpha_nD + tan alpha_nC."""
-        return tan(self.pressure_angles[0]) + tan(self.pressure_angles[1])
+        return tan(self.tooth.pressure_angles[0]) + tan(self.tooth.pressure_angles[1])
 
     def slot_gear(self, cone_2: float) -> float:
         """W_2 [m]: constant if a face mill cuts both flanks together; for a face hob it decreases by half a pitch."""
-        pitch = pi * self.module
-        mean = pitch - self.thickness_gear - self.dedendums[1] * self.flare
+        pitch = pi * self.tooth.module
+        mean = pitch - self.thickness_gear - self.tooth.dedendums[1] * self.flare
         return mean - 0.5 * self.pitch_share * pitch * (1.0 - self.pitch_ratio(cone_2))
 
     def slot_pinion(self, cone_2: float) -> float:
         """W_1 [m] opposite to R_2, Equation (76): pitch minus gear tooth and backlash."""
         ratio = self.pitch_ratio(cone_2)
         depth = self.dedendum_pinion(self.pinion_cone(cone_2)) + self.dedendum_gear(cone_2)
-        return ratio * (pi * self.module + self.backlash_in_plane) - depth * self.flare - self.slot_gear(cone_2)
+        return ratio * (pi * self.tooth.module + self.backlash_in_plane) - depth * self.flare - self.slot_gear(cone_2)
 
     def tooth_gear(self, cone_2: float) -> float:
         """s_n2 at R_2 [m], Equation (178)."""
@@ -116,15 +117,15 @@ class SlotGeometry:
     def involute_tooth(self, tooth: float, radius: float, height: float) -> float:
         """Thickness [m] of an involute tooth at a height over its pitch radius, in the normal section."""
         angle = tooth / radius
-        for alpha in self.pressure_angles:
+        for alpha in self.tooth.pressure_angles:
             angle += _involute(alpha) - _involute(acos(min(1.0, radius * cos(alpha) / (radius + height))))
         return angle * (radius + height)
 
     def land_pinion(self, cone_1: float) -> float:
         """s_an1 at R_1 [m], Equations (179) and (180); 0 for a pointed tooth."""
         cone_2 = self.gear_cone(cone_1)
-        addendum = self.dedendum_gear(cone_2) - self.clearance[1]
-        radius = cone_1 * tan(self.cones.pitch_angle_1) / cos(self.spiral_pinion(cone_2)) ** 2
+        addendum = self.dedendum_gear(cone_2) - self.tooth.clearances[1]
+        radius = cone_1 * tan(self.cones.pitch_angle[0]) / cos(self.spiral_pinion(cone_2)) ** 2
         if addendum <= -0.2 * radius:
             return 0.0
         land = self.involute_tooth(self.tooth_pinion(cone_1), radius, addendum)
@@ -135,7 +136,7 @@ class SlotGeometry:
 
     def land_gear(self, cone_2: float) -> float:
         """s_an2 at R_2 [m], Equations (181) and (182); 0 for a pointed tooth."""
-        addendum = self.dedendum_pinion(self.pinion_cone(cone_2)) - self.clearance[0]
+        addendum = self.dedendum_pinion(self.pinion_cone(cone_2)) - self.tooth.clearances[0]
         tooth, radius = self.tooth_gear(cone_2), self.radius_gear(cone_2)
         if addendum <= -0.2 * radius:
             return 0.0
@@ -145,24 +146,20 @@ class SlotGeometry:
 
     def radius_gear(self, cone_2: float) -> float:
         """r_npt2 [m], pitch radius of the gear in its normal section, Equation (165)."""
-        return cone_2 * tan(self.cones.pitch_angle_2) / cos(self.trace.spiral(cone_2)) ** 2
+        return cone_2 * tan(self.cones.pitch_angle[1]) / cos(self.trace.spiral(cone_2)) ** 2
 
 
-def slots_and_lands(geometry: SlotGeometry) -> list[dict[str, Three]]:
-    """Slot width at the root, tooth thickness at the pitch cone and top land, all normal [m], of pinion and gear.
+def slots_and_lands(g: SlotGeometry, member: int) -> dict[str, Any]:
+    """Slot width at the root, tooth thickness at the pitch cone and top land of the pinion (0) or the gear (1).
 
-    Each at toe, mean point and heel. A top land of 0 denotes a tooth pointed below its face cone.
+    All are normal [m], at toe, mean point and heel. A top land of 0 denotes a tooth pointed below its face cone.
     """
-    g = geometry
     functions: tuple[tuple[Callable[[float], float], ...], ...] = (
         (lambda cone: g.slot_pinion(g.gear_cone(cone)), g.tooth_pinion, g.land_pinion),
         (g.slot_gear, g.tooth_gear, g.land_gear),
     )
-    means = g.cones.cone_distance_1, g.cones.cone_distance_2
-    return [
-        {name: (f(toe), f(mean), f(heel)) for name, f in zip(LANDS, of_member, strict=True)}
-        for of_member, mean, (toe, heel) in zip(functions, means, g.ends, strict=True)
-    ]
+    mean, (toe, heel) = g.cones.cone_distance[member], g.ends[member]
+    return {name: (f(toe), f(mean), f(heel)) for name, f in zip(LANDS, functions[member], strict=True)}
 
 
 def _involute(angle: float) -> float:

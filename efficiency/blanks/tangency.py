@@ -11,64 +11,48 @@ from math import asin, atan, copysign, cos, degrees, hypot, pi, radians, sin, ta
 import scipy
 
 from efficiency.blanks.inputs import PairBlankInput
+from efficiency.blanks.rating import Pair
 from ehl.common.errors import ConvergenceError, InputError
 
 # beyond these a bevel member cannot be cut; the pair is refused
 SPIRAL_LIMIT = radians(82.0)
 PITCH_ANGLE_LOWEST = radians(0.25)
 PITCH_ANGLE_HIGHEST = radians(89.75)
+# largest closure of Methods 1 and 2 as printed
+TOLERANCE = 0.01
 
 
 @dataclass(frozen=True)
 class PitchCones:
     """Result of all methods: the cones at the calculation point."""
 
-    # delta_1, delta_2
-    pitch_angle_1: float
-    pitch_angle_2: float
-    # R_m1, R_m2 [m], from the apex to the calculation point
-    cone_distance_1: float
-    cone_distance_2: float
-    # beta_m1, beta_m2
-    spiral_1: float
-    spiral_2: float
-    face_width_factor: float  # c_be2, the share of the gear's face width outside the calculation point
+    pitch_angle: Pair  # delta_1, delta_2
+    cone_distance: Pair  # R_m1, R_m2 [m], from the apex to the calculation point
+    spiral: Pair  # beta_m1, beta_m2
+    face_width_factor: float = 0.5  # c_be2, the share of the gear's face width outside the calculation point
     trials: int = 0  # trials of the method's iteration, 0 without iteration
     # relative residual of the condition of the method: rho_mbeta/rho_lim - 1 (Method 1), R_m1/R_mcheck - 1 (2),
     # R_mint/R_m1 - 1 (3)
     closure: float = 0.0
 
     @property
-    def mean_diameter_1(self) -> float:
-        """d_m1 [m], Formula (110)."""
-        return 2.0 * self.cone_distance_1 * sin(self.pitch_angle_1)
-
-    @property
-    def mean_diameter_2(self) -> float:
-        """d_m2 [m], Formula (111)."""
-        return 2.0 * self.cone_distance_2 * sin(self.pitch_angle_2)
+    def mean_diameter(self) -> Pair:
+        """d_m1, d_m2 [m], Formulae (110) and (111)."""
+        (cone_1, cone_2), (delta_1, delta_2) = self.cone_distance, self.pitch_angle
+        return 2.0 * cone_1 * sin(delta_1), 2.0 * cone_2 * sin(delta_2)
 
     def limit_pressure_angle(self, zeta_mp: float) -> float:
         """alpha_lim of these cones [rad] (`limit_pressure_angle`)."""
-        return limit_pressure_angle(
-            self.pitch_angle_1, self.pitch_angle_2, self.cone_distance_1, self.cone_distance_2,
-            self.spiral_1, self.spiral_2, zeta_mp,
-        )  # fmt: skip
+        return limit_pressure_angle(*self.pitch_angle, *self.cone_distance, *self.spiral, zeta_mp)
 
 
 def too_large(offset: float, largest: float | None = None) -> InputError:
     """The error for an offset without a pair of cones."""
-    allowed = (
-        "a smaller offset"
-        if largest is None
-        else f"within +-{abs(largest) * 1e3:.4g} mm for these teeth, diameter and angles"
-    )
-    return InputError(
-        "hypoid_offset",
-        f"{offset * 1e3:.6g} mm",
-        allowed,
-        "Beyond it a pitch angle or the spiral angle of the pinion leaves the range that can be cut.",
-    )
+    allowed = "a smaller offset"
+    if largest is not None:
+        allowed = f"within +-{abs(largest) * 1e3:.4g} mm for these teeth, diameter and angles"
+    hint = "Beyond it a pitch angle or the spiral angle of the pinion leaves the range that can be cut."
+    return InputError("hypoid_offset", f"{offset * 1e3:.6g} mm", allowed, hint)
 
 
 def bevel_cones(inputs: PairBlankInput, spiral: float, mean_diameter: float | None = None) -> PitchCones:
@@ -82,28 +66,21 @@ def bevel_cones(inputs: PairBlankInput, spiral: float, mean_diameter: float | No
     delta_2 = inputs.shaft_angle - delta_1
     check_pitch_angles(delta_1, delta_2, inputs)
     cone = (mean_diameter or gear_mean_diameter(inputs, delta_2)) / (2.0 * sin(delta_2))
-    return PitchCones(delta_1, delta_2, cone, cone, spiral, spiral, 0.5)
+    return PitchCones((delta_1, delta_2), (cone, cone), (spiral, spiral))
 
 
 def face_too_wide(inputs: PairBlankInput, outer: float) -> InputError:
     """The error of a face that reaches the apex."""
-    return InputError(
-        "face_width_gear",
-        f"{inputs.face_width_gear * 1e3:.6g} mm",
-        f"below {outer * 1e3:.4g} mm, the outer cone distance; usual is up to 0.3 of it",
-    )
+    allowed = f"below {outer * 1e3:.4g} mm, the outer cone distance; usual is up to 0.3 of it"
+    return InputError("face_width_gear", f"{inputs.face_width_gear * 1e3:.6g} mm", allowed)
 
 
 def check_pitch_angles(delta_1: float, delta_2: float, inputs: PairBlankInput) -> None:
     """Refuse cones that are not bevel members: needles, crown gears and internal gears."""
     if delta_2 >= PITCH_ANGLE_HIGHEST or min(delta_1, delta_2) <= PITCH_ANGLE_LOWEST:
-        raise InputError(
-            "shaft_angle",
-            f"{degrees(inputs.shaft_angle):.6g} deg",
-            "pitch angles between 0.25 and 89.75 deg",
-            f"This shaft angle, ratio and offset give {degrees(delta_1):.4g} deg (pinion) and "
-            f"{degrees(delta_2):.4g} deg (gear).",
-        )
+        stated, allowed = f"{degrees(inputs.shaft_angle):.6g} deg", "pitch angles between 0.25 and 89.75 deg"
+        found = f"{degrees(delta_1):.4g} deg (pinion) and {degrees(delta_2):.4g} deg (gear)"
+        raise InputError("shaft_angle", stated, allowed, f"This shaft angle, ratio and offset give {found}.")
 
 
 def limit_pressure_angle(
@@ -124,7 +101,7 @@ def _touching(
     spiral_1 = spiral_2 + zeta_mp
     diameter_1 = mean_diameter_2 * inputs.teeth_pinion / inputs.teeth_gear * cos(spiral_2) / cos(spiral_1)
     cone_1, cone_2 = diameter_1 / (2.0 * sin(delta_1)), mean_diameter_2 / (2.0 * sin(delta_2))
-    return PitchCones(delta_1, delta_2, cone_1, cone_2, spiral_1, spiral_2, 0.5)
+    return PitchCones((delta_1, delta_2), (cone_1, cone_2), (spiral_1, spiral_2))
 
 
 def tangent_cones(inputs: PairBlankInput, delta_2: float, mean_diameter_2: float, spiral_2: float) -> PitchCones:
@@ -138,7 +115,7 @@ def tangent_cones(inputs: PairBlankInput, delta_2: float, mean_diameter_2: float
 
     def reach(zeta_m: float) -> float:
         cones = _touching(inputs, zeta_m, delta_2, mean_diameter_2, spiral_2)
-        return 0.5 * sin(zeta_m) * (mean_diameter_2 + cones.mean_diameter_1 * cos(delta_2) / cos(cones.pitch_angle_1))
+        return 0.5 * sin(zeta_m) * (mean_diameter_2 + cones.mean_diameter[0] * cos(delta_2) / cos(cones.pitch_angle[0]))
 
     offset = inputs.hypoid_offset
     if offset == 0.0:
@@ -148,8 +125,8 @@ def tangent_cones(inputs: PairBlankInput, delta_2: float, mean_diameter_2: float
     for _ in range(60):
         middle = 0.5 * (largest + high)
         cones = _touching(inputs, middle, delta_2, mean_diameter_2, spiral_2)
-        possible = abs(sin(middle)) * sin(inputs.shaft_angle) < cos(cones.pitch_angle_1)
-        possible = possible and abs(cones.spiral_1) < SPIRAL_LIMIT and cones.pitch_angle_1 > PITCH_ANGLE_LOWEST
+        possible = abs(sin(middle)) * sin(inputs.shaft_angle) < cos(cones.pitch_angle[0])
+        possible = possible and abs(cones.spiral[0]) < SPIRAL_LIMIT and cones.pitch_angle[0] > PITCH_ANGLE_LOWEST
         largest, high = (middle, high) if possible else (largest, middle)
     if abs(reach(largest)) <= abs(offset):
         raise too_large(offset, reach(largest))
@@ -216,20 +193,15 @@ def nearest_root(
 
 
 def printed_trials(
-    inputs: PairBlankInput,
-    trial: Callable[[float], PitchCones],
-    first: float,
-    second: float,
-    tolerance: float,
-    condition: str,
+    inputs: PairBlankInput, trial: Callable[[float], PitchCones], first: float, second: float, condition: str
 ) -> PitchCones:
-    """Trials of the standard until the closure is within a tolerance; from the third on by linear interpolation."""
+    """Trials of the standard until the closure is within `TOLERANCE`; from the third on by linear interpolation."""
     old, new, before = first, second, trial(first)
-    if abs(before.closure) <= tolerance:
+    if abs(before.closure) <= TOLERANCE:
         return replace(before, trials=1)
     for count in range(2, 30):
         cones = trial(new)
-        if abs(cones.closure) <= tolerance:
+        if abs(cones.closure) <= TOLERANCE:
             return replace(cones, trials=count)
         old, new, before = new, new - cones.closure * (new - old) / (cones.closure - before.closure), cones
     raise ConvergenceError(f"method_{inputs.method}", f"{condition} - 1 is {before.closure:.2g} after 30 trials")
@@ -254,7 +226,7 @@ def gear_cone_method(
         return bevel
 
     def touching(delta_2: float, diameter: float | None = None) -> PitchCones:
-        return tangent_cones(inputs, delta_2, diameter or gear_mean_diameter(inputs, delta_2), bevel.spiral_2)
+        return tangent_cones(inputs, delta_2, diameter or gear_mean_diameter(inputs, delta_2), bevel.spiral[1])
 
     if inputs.pitch_cones == "converged":
         delta_2, trials = nearest_root(inputs, lambda angle: closure(touching(angle)), start())
@@ -263,7 +235,7 @@ def gear_cone_method(
         printed, diameter = as_printed()
         if inputs.pitch_cones == "standard":
             return printed
-        cones, trials = touching(printed.pitch_angle_2, diameter), printed.trials
+        cones, trials = touching(printed.pitch_angle[1], diameter), printed.trials
     return replace(cones, trials=trials, closure=closure(cones))
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from math import asin, atan, cos, pi, sin, sqrt, tan
 
 from efficiency.blanks.dimensions import Placement
+from efficiency.blanks.rating import Pair
 from efficiency.blanks.tangency import PitchCones
 from ehl.common.errors import InputError
 
@@ -19,12 +20,12 @@ class VirtualGears:
     """Virtual cylindrical gears of one flank. Pairs are (pinion, gear); lengths in m."""
 
     # d_v, d_va, d_vf, d_vb
-    diameter: tuple[float, float]
-    tip_diameter: tuple[float, float]
-    root_diameter: tuple[float, float]
-    base_diameter: tuple[float, float]
+    diameter: Pair
+    tip_diameter: Pair
+    root_diameter: Pair
+    base_diameter: Pair
     centre_distance: float  # a_v
-    teeth: tuple[float, float]  # z_v
+    teeth: Pair  # z_v
     # beta_v, beta_vb
     helix_angle: float
     base_helix_angle: float
@@ -44,28 +45,27 @@ class VirtualGears:
     contact_ratio_total: float  # epsilon_vgamma = epsilon_valpha + epsilon_vbeta
     contact_line_inclination: float  # beta_B, of the contact line to the pitch line
     relative_radius: float  # rho_rel, equivalent radius of curvature across the contact line
-    normal_teeth: tuple[float, float]  # z_vn, virtual teeth in the normal section
+    normal_teeth: Pair  # z_vn, virtual teeth in the normal section
 
 
 def virtual_gears(
     cones: PitchCones,
     place: Placement,
     module: float,
-    heights: tuple[tuple[float, float], tuple[float, float]],
+    heights: tuple[Pair, Pair],
     face_width_gear: float,
     alpha_generated: float,
-    alpha_effective: float,
     alpha_limit: float,
 ) -> VirtualGears:
     """Virtual gears of one flank at the calculation point.
 
     heights: (h_am1, h_am2), (h_fm1, h_fm2) [m].
-    alpha_generated, alpha_effective: alpha_n and alpha_e of the flank.
+    alpha_generated: alpha_n of the flank.
     alpha_limit: alpha_lim of this flank: with reversed sign on the coast side.
     """
-    deltas = (cones.pitch_angle_1, cones.pitch_angle_2)
-    d = (cones.mean_diameter_1 / cos(deltas[0]), cones.mean_diameter_2 / cos(deltas[1]))
-    helix = 0.5 * (cones.spiral_1 + cones.spiral_2)
+    deltas, alpha_effective, (spiral_1, spiral_2) = cones.pitch_angle, alpha_generated - alpha_limit, cones.spiral
+    d = (cones.mean_diameter[0] / cos(deltas[0]), cones.mean_diameter[1] / cos(deltas[1]))
+    helix = 0.5 * (spiral_1 + spiral_2)
     alpha_t = atan(tan(alpha_effective) / cos(helix))
     base_helix = asin(sin(helix) * cos(alpha_effective))
     base = (d[0] * cos(alpha_t), d[1] * cos(alpha_t))
@@ -90,13 +90,8 @@ def virtual_gears(
     inclination = atan(tan(helix) * sin(alpha_effective))
     # radius of relative curvature in the normal section (A.39)
     lever = cos(alpha_generated) * (tan(alpha_generated) - tan(alpha_limit)) + tan(zeta) * tan(inclination)
-    curvature = (
-        cos(cones.spiral_1)
-        * cos(cones.spiral_2)
-        / cos(zeta)
-        / lever
-        * (1.0 / (cones.cone_distance_2 * tan(deltas[1])) + 1.0 / (cones.cone_distance_1 * tan(deltas[0])))
-    )
+    of_cones = [1.0 / (cone * tan(delta)) for cone, delta in zip(cones.cone_distance, deltas, strict=True)]
+    curvature = cos(spiral_1) * cos(spiral_2) / cos(zeta) / lever * sum(of_cones)
     teeth = (d[0] / module_t, d[1] / module_t)
     normal = cos(base_helix) ** 2 * cos(helix)
     return VirtualGears(

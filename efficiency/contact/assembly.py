@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from efficiency.cutting.machine import cross, dot, spin, turn
@@ -161,14 +162,8 @@ class RigidMove:
     rotation: FloatArray  # (3,) rotation vector [rad]
 
     def turned(self, vector: FloatArray) -> FloatArray:
-        """A vector after the rotation (Rodrigues)."""
-        angle = float(np.linalg.norm(self.rotation))
-        if angle == 0.0:
-            return vector
-        axis = self.rotation / angle
-        across = np.cross(axis, vector)
-        found: FloatArray = vector + np.sin(angle) * across + (1.0 - np.cos(angle)) * np.cross(axis, across)
-        return found
+        """A vector after the rotation."""
+        return np.asarray(scipy.spatial.transform.Rotation.from_rotvec(self.rotation).apply(vector))
 
     def moved(self, point: FloatArray) -> FloatArray:
         """A point of the member after the displacement [m]."""
@@ -192,11 +187,6 @@ def displaced_axes(placed: Assembly, pinion: RigidMove, gear: RigidMove) -> Disp
     along_gear, along_pinion = float(between @ axis_gear), float(between @ axis_pinion)
     P = (along_pinion - cosine * along_gear) / sine**2
     G = -(along_gear - cosine * along_pinion) / sine**2
-    return DisplacedAxes(
-        E=float(between @ normal) - placed.offset,
-        P=P,
-        G=G,
-        shaft_angle_error=float(np.arctan2(sine, cosine)) - placed.shaft_angle,
-        frame=np.column_stack([np.cross(normal, axis_gear), normal, axis_gear]),
-        origin=apex_gear - G * axis_gear,
-    )
+    E, turned = float(between @ normal) - placed.offset, float(np.arctan2(sine, cosine)) - placed.shaft_angle
+    frame = np.column_stack([np.cross(normal, axis_gear), normal, axis_gear])
+    return DisplacedAxes(E, P, G, turned, frame, origin=apex_gear - G * axis_gear)

@@ -22,6 +22,7 @@ from numpy.polynomial import chebyshev
 from efficiency.cutting.newton import Array
 from ehl.common.arrays import FloatArray
 
+Range = tuple[float, float]
 # relative size of pivots below which the points do not determine a direction
 _RANK = 1e-13
 
@@ -47,14 +48,12 @@ class Patch:
 
     names: tuple[str, ...]  # names of the fields, in the order of the last axis of `coefficients`
     # rectangle
-    u_range: tuple[float, float]
-    v_range: tuple[float, float]
+    u_range: Range
+    v_range: Range
     coefficients: FloatArray  # (nu, nv, k) tensor Chebyshev coefficients
 
     @staticmethod
-    def nodes(
-        u_range: tuple[float, float], v_range: tuple[float, float], shape: tuple[int, int]
-    ) -> tuple[FloatArray, FloatArray]:
+    def nodes(u_range: Range, v_range: Range, shape: tuple[int, int]) -> tuple[FloatArray, FloatArray]:
         """Chebyshev points of the rectangle, flattened with v as the inner index; both (nu nv,)."""
         axes = []
         for (low, high), count in zip((u_range, v_range), shape, strict=True):
@@ -63,13 +62,7 @@ class Patch:
         return u.ravel(), v.ravel()
 
     @classmethod
-    def fit(
-        cls,
-        u_range: tuple[float, float],
-        v_range: tuple[float, float],
-        shape: tuple[int, int],
-        fields: dict[str, FloatArray],
-    ) -> Patch:
+    def fit(cls, u_range: Range, v_range: Range, shape: tuple[int, int], fields: dict[str, FloatArray]) -> Patch:
         """Interpolate values given at `nodes`, each (nu nv,)."""
         values = np.stack(list(fields.values()), axis=-1).reshape(*shape, len(fields))
         for axis, count in enumerate(shape):
@@ -113,6 +106,11 @@ class Patch:
         along, over = self._basis(u, v, du, dv)
         return np.asarray(np.real(self._sum(along, over, names)), dtype=np.float64)
 
+    def matrix(self, u: FloatArray, v: FloatArray, du: int = 0, dv: int = 0) -> FloatArray:
+        """Values, or derivatives of order `du`, `dv`, of the products of polynomials at n points, (n, nu nv)."""
+        along, over = self._basis(u, v, du, dv)
+        return np.asarray(along.T[:, :, None] * over.T[:, None, :], np.float64).reshape(u.size, -1)
+
     def slopes(self, u: Array, v: Array, names: tuple[str, ...]) -> tuple[Array, Array, Array]:
         """Values and first derivatives along u and v at n points, real or complex, each (len(names), n)."""
         along, over = self._basis(u, v, 0, 0)
@@ -146,17 +144,9 @@ class Patch:
 class PointFit:
     """Least-squares fit of patches to values at fixed points (n,), recommended twice as many as coefficients."""
 
-    def __init__(
-        self,
-        u_range: tuple[float, float],
-        v_range: tuple[float, float],
-        shape: tuple[int, int],
-        u: FloatArray,
-        v: FloatArray,
-    ) -> None:
+    def __init__(self, u_range: Range, v_range: Range, shape: tuple[int, int], u: FloatArray, v: FloatArray) -> None:
         self._empty = Patch(("none",), u_range, v_range, np.zeros((*shape, 1)))
-        along, over = self._empty._basis(u, v, 0, 0)
-        matrix = np.asarray(along.T[:, :, None] * over.T[:, None, :]).reshape(u.size, -1)
+        matrix = self._empty.matrix(u, v)
         self._basis, triangle, self._order = scipy.linalg.qr(matrix, mode="economic", pivoting=True, check_finite=False)
         size = np.abs(np.diag(triangle))
         self._rank = int(np.count_nonzero(size > _RANK * size[0]))

@@ -11,7 +11,7 @@ squares; its degree minimises the leave-one-out error.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Self
 
@@ -32,7 +32,6 @@ from efficiency.cutting.machine import dot, spin, turn
 from efficiency.cutting.newton import Array
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError, InputError
-from ehl.common.files import read_text
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel
 
@@ -194,7 +193,7 @@ def conjugate_flank(gear: Flank, blank: Blank, assembly: Assembly, relief: EaseO
     side: FlankSide = "convex" if gear.side == "concave" else "concave"
     flank = ConjugateFlank(side, blank, assembly, patch, 1.0, start, place, ORIGIN, error)
     looks = dot(flank.points(start).normal, conjugate.normal[:, nearest : nearest + 1])
-    return ConjugateFlank(side, blank, assembly, patch, -float(np.sign(looks[0])), start, place, ORIGIN, error)
+    return replace(flank, sense=-float(np.sign(looks[0])))
 
 
 def regular_points(
@@ -213,6 +212,7 @@ def regular_points(
 
 
 COLUMNS = "length,depth,ease_off"
+_PLACE, _AMOUNT = ValueRange("", ge=-1.5, le=1.5), ValueRange("", ge=-1000.0, le=1000.0)
 _MIN_POINTS, _HIGHEST = 6, 10
 
 
@@ -229,26 +229,14 @@ class EaseOffMap:
 
 
 def read_ease_off_map(path: Path) -> EaseOffMap:
-    """Ease-off from a CSV file with a table; an `InputError` names an invalid line."""
-    lines = read_text(path, "ease_off.map", "a readable CSV file").splitlines()
-    rows = [(k + 1, line.strip()) for k, line in enumerate(lines) if line.strip() and not line.startswith("#")]
-    if not rows or rows[0][1].replace(" ", "") != COLUMNS:
-        raise InputError(f"{path}, first line", rows[0][1][:60] if rows else "no line", COLUMNS)
-    table = []
-    for number, line in rows[1:]:
-        try:
-            values = [float(text) for text in line.split(",")]
-        except ValueError:
-            raise InputError(f"{path}, line {number}", line[:60], "three finite numbers") from None
-        if len(values) != 3 or not np.isfinite(values).all():
-            raise InputError(f"{path}, line {number}", line[:60], "three finite numbers")
-        if max(abs(values[0]), abs(values[1])) > 1.5 or abs(values[2]) > 1000.0:
-            allowed = "length and depth from -1.5 to 1.5, ease-off to 1000 um"
-            raise InputError(f"{path}, line {number}", line[:60], allowed)
-        table.append(values)
-    if len(table) < _MIN_POINTS:
-        raise InputError("ease_off.map", f"{path} with {len(table)} points", f"at least {_MIN_POINTS} points")
-    length, depth, relief = np.array(table).T
+    """Ease-off from a file with a table; an `InputError` names an invalid cell."""
+    from ehl.common.table_reader import read_table  # slow to import
+
+    names = COLUMNS.split(",")
+    columns, rows = read_table(path, dict(zip(names, (_PLACE, _PLACE, _AMOUNT), strict=True)), names)
+    if len(rows) < _MIN_POINTS:
+        raise InputError("ease_off.map", f"{path} with {len(rows)} points", f"at least {_MIN_POINTS} points")
+    length, depth, relief = (np.array(columns[name], float) for name in names)
     return _fit(str(path), length, depth, relief * 1e-6)
 
 

@@ -114,12 +114,11 @@ def transmission(surface: MeshSurface) -> Transmission:
     gear_pitch = 2.0 * np.pi / surface.assembly.teeth_gear
     # above the general limit, or far above the value of first order
     if high > min(_LARGEST * gear_pitch, _PROPORTION * expected + _SMALL * gear_pitch):
-        raise ConvergenceError(
-            "transmission",
-            f"the unloaded transmission error, {np.degrees(high):.3g} deg peak to peak, is out of proportion with "
-            f"the ease-off, about {np.degrees(expected):.3g} deg; the flanks do not match: check machine settings, "
-            "hypoid offset and misalignments",
+        found = (
+            f"the unloaded transmission error, {np.degrees(high):.3g} deg peak to peak, is out of proportion with the "
         )
+        found += f"ease-off, about {np.degrees(expected):.3g} deg; the flanks do not match: "
+        raise ConvergenceError("transmission", f"{found}check machine settings, hypoid offset and misalignments")
     # a pair one pitch further ahead in mesh has a larger roll angle
     reached = angle + (best - 1) * pitch
     nearest = np.rint((reached - path.pinion_angle[0]) / pitch * _PER_PITCH).astype(int)

@@ -107,19 +107,14 @@ def bordered(slope: FloatArray, normal: FloatArray) -> FloatArray:
     return np.concatenate([slope[:, [0, 1, 2, 6]], border], axis=2)
 
 
-def regularity(flank: Flank, parameters: FloatArray) -> FloatArray:
-    """Bordered determinant of the surface at parameters (3, n), (n,).
-
-    Tangents by the three parameters and the gradient of the condition, bordered by the normal: the surface element
-    times that gradient. It vanishes on the edge of regression, the limit of undercut.
-    """
-    state, slope = flank.linearise(parameters)
-    return np.asarray(np.linalg.det(bordered(slope, state[3:6])))
-
-
 def relative_regularity(flank: Flank, parameters: FloatArray, found: NDArray[np.bool_]) -> FloatArray:
-    """`regularity` relative to that at the last point, (n,); -1 where the flank was not found."""
+    """Regularity of the surface at parameters (3, n) relative to the last point, (n,); -1 where it was not found.
+
+    The determinant of the tangents by the three parameters and the gradient of the condition, bordered by the normal:
+    the surface element times that gradient. It vanishes on the edge of regression, the limit of undercut.
+    """
     measure = np.full(found.shape, -1.0)
-    measure[found] = regularity(flank, parameters[:, found])
+    state, slope = flank.linearise(parameters[:, found])
+    measure[found] = np.linalg.det(bordered(slope, state[3:6]))
     measure[found] /= measure[-1]
     return measure

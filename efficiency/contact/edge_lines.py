@@ -158,8 +158,6 @@ def edge_points(
     a point, as gear rotation [rad]; `per_line` is the number of points of a line. Raises `ConvergenceError` if an edge
     requires many times as many.
     """
-    owner: list[IntArray] = []
-    edge: list[IntArray] = []
     parts: list[list[FloatArray]] = []
     for piece in pieces:
         width = np.sqrt(2.0 * reach / abs(piece.bend))
@@ -170,22 +168,17 @@ def edge_points(
             if extent < 1e-3 * spacing:
                 continue
             if extent > _MOST_POINTS * per_line * spacing:
-                raise ConvergenceError(
-                    "short_lines",
-                    f"the {EDGES[piece.edge]} edge is in contact over {extent * 1e3:.3g} mm, contact lines are "
-                    f"{per_line * spacing * 1e3:.3g} mm long; check face width, tooth depth and spiral angle",
-                )
+                found = f"the {EDGES[piece.edge]} edge is in contact over {extent * 1e3:.3g} mm, contact lines are "
+                found += f"{per_line * spacing * 1e3:.3g} mm long; check face width, tooth depth and spiral angle"
+                raise ConvergenceError("short_lines", found)
             count = max(4, int(np.ceil(extent / spacing)))
             arc = ends[0] + extent * (np.arange(count) + 0.5) / count
             u, v = np.interp(arc, piece.arc, piece.u), np.interp(arc, piece.arc, piece.v)
-            owner.append(np.full(count, k))
-            edge.append(np.full(count, piece.edge))
-            parts.append([u, v, np.full(count, extent / count), np.full(count, angle)])
+            parts.append([u, v, *(np.full(count, x) for x in (extent / count, angle, k, piece.edge))])
     if not parts:
         none, zero = np.zeros(0, np.int64), np.zeros(0)
         return EdgePoints(none, none, zero, zero, zero, zero, zero)
-    u, v, length, angle = (np.concatenate(column) for column in zip(*parts, strict=True))
-    edges = np.concatenate(edge)
+    u, v, length, angle, owner, edges = (np.concatenate(column) for column in zip(*parts, strict=True))
     # at some points of a gear edge the pinion has no flank
     at_u, at_v, exists = u.copy(), v.copy(), np.ones(u.shape, bool)
     own = np.flatnonzero(np.array([EDGES[k].startswith("gear") for k in edges]))
@@ -196,7 +189,7 @@ def edge_points(
     frame = line_frame(surface.patch, u, v)
     size = np.sqrt((frame.gradient**2).sum(axis=0))
     distance = np.abs(surface.patch(u, v, ("roll",))[0] - angle) / size
-    return EdgePoints(np.concatenate(owner), edges, u, v, length, closing, distance).at(exists)
+    return EdgePoints(owner, edges, u, v, length, closing, distance).at(exists)
 
 
 def _landing(

@@ -54,42 +54,6 @@ class ContactPattern:
         return np.asarray(self.inside & (self.separation <= self.thickness))
 
 
-def contact_pattern(surface: MeshSurface, mesh: Transmission, thickness: float = MARKING) -> ContactPattern:
-    """Contact pattern of the unloaded mesh for a thickness of the marking compound [m]."""
-    half = 0.5 * surface.gear.blank.face_width
-    low = max(0.0, surface.patch.v_range[0])
-    grid_u, grid_v = np.meshgrid(np.linspace(-half, half, _SAMPLES[0]), np.linspace(low, 1.0, _SAMPLES[1]))
-    u, v = grid_u.ravel(), grid_v.ravel()
-    limits = surface.limits(u, v)
-    inside = limits.min(axis=0) >= 0.0
-    relief, lever, roll, u1, h1 = surface.patch(u, v, ("ease_off", "lever", "roll", "u1", "h1"))
-    relief = relief + surface.relief_depth(u, v)
-    separation = np.where(inside, np.maximum(relief + lever * mesh.at(roll), 0.0), np.inf)
-    marked = separation <= thickness
-
-    depth = surface.height(u, np.ones_like(u)) - surface.height(u, np.zeros_like(u))
-    weight = depth * marked
-    total = weight.sum()
-    centre = (float((weight * u).sum() / total), float((weight * v).sum() / total)) if total else (np.nan, np.nan)
-    near = _RIM * np.array([2.0 * half, 2.0 * half, 1.0, 1.0] * 2 + [1.0])
-    near[[2, 3, 6, 7, 8]] *= surface.undercut_scale
-    touched = [EDGES[k] for k in range(len(EDGES)) if marked.any() and (limits[k][marked] < near[k]).any()]
-    return ContactPattern(
-        thickness=thickness,
-        gear_u=grid_u,
-        gear_height=surface.height(grid_u, grid_v),
-        pinion_u=u1.reshape(grid_u.shape),
-        pinion_height=h1.reshape(grid_u.shape),
-        separation=separation.reshape(grid_u.shape),
-        inside=inside.reshape(grid_u.shape),
-        area_share=float(total / (depth * inside).sum()),
-        centre=centre,
-        length=float(np.ptp(u[marked]) / (2.0 * half)) if total else 0.0,
-        width=float(np.ptp(v[marked])) if total else 0.0,
-        edges=tuple(touched),
-    )
-
-
 @dataclass(frozen=True)
 class FlankPair:
     """Tooth contact analysis of one flank pair (drive or coast) in one state of misalignment."""
@@ -110,8 +74,40 @@ class FlankPair:
         return self.transmission.path
 
     def pattern(self, thickness: float = MARKING) -> ContactPattern:
-        """Contact pattern for a thickness of the marking compound [m]."""
-        return contact_pattern(self.surface, self.transmission, thickness)
+        """Contact pattern of the unloaded mesh for a thickness of the marking compound [m]."""
+        surface = self.surface
+        half = 0.5 * surface.gear.blank.face_width
+        low = max(0.0, surface.patch.v_range[0])
+        grid_u, grid_v = np.meshgrid(np.linspace(-half, half, _SAMPLES[0]), np.linspace(low, 1.0, _SAMPLES[1]))
+        u, v = grid_u.ravel(), grid_v.ravel()
+        limits = surface.limits(u, v)
+        inside = limits.min(axis=0) >= 0.0
+        relief, lever, roll, u1, h1 = surface.patch(u, v, ("ease_off", "lever", "roll", "u1", "h1"))
+        relief = relief + surface.relief_depth(u, v)
+        separation = np.where(inside, np.maximum(relief + lever * self.transmission.at(roll), 0.0), np.inf)
+        marked = separation <= thickness
+
+        depth = surface.height(u, np.ones_like(u)) - surface.height(u, np.zeros_like(u))
+        weight = depth * marked
+        total = weight.sum()
+        centre = (float((weight * u).sum() / total), float((weight * v).sum() / total)) if total else (np.nan, np.nan)
+        near = _RIM * np.array([2.0 * half, 2.0 * half, 1.0, 1.0] * 2 + [1.0])
+        near[[2, 3, 6, 7, 8]] *= surface.undercut_scale
+        touched = [EDGES[k] for k in range(len(EDGES)) if marked.any() and (limits[k][marked] < near[k]).any()]
+        return ContactPattern(
+            thickness=thickness,
+            gear_u=grid_u,
+            gear_height=surface.height(grid_u, grid_v),
+            pinion_u=u1.reshape(grid_u.shape),
+            pinion_height=h1.reshape(grid_u.shape),
+            separation=separation.reshape(grid_u.shape),
+            inside=inside.reshape(grid_u.shape),
+            area_share=float(total / (depth * inside).sum()),
+            centre=centre,
+            length=float(np.ptp(u[marked]) / (2.0 * half)) if total else 0.0,
+            width=float(np.ptp(v[marked])) if total else 0.0,
+            edges=tuple(touched),
+        )
 
     @property
     def notes(self) -> tuple[str, ...]:

@@ -13,11 +13,10 @@ normals if this reduces the error. The degree minimises the leave-one-out error,
 
 import math
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
-from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 from efficiency.contact.chebyshev import Patch
@@ -30,12 +29,10 @@ from ehl.common.dialect import Dialect
 from ehl.common.errors import InputError
 from ehl.common.files import read_text
 
-Hand = Literal["left", "right"]
 
-
-def normal_sense(side: FlankSide, hand: Hand) -> float:
+def normal_sense(side: FlankSide, blank: Blank) -> float:
     """+1 if the normal out of the tooth points towards increasing azimuth about the axis, otherwise -1."""
-    return 1.0 if (side == "concave") == (hand == "right") else -1.0
+    return 1.0 if (side == "concave") == (blank.hand == "right") else -1.0
 
 
 @dataclass(frozen=True)
@@ -138,15 +135,9 @@ def read_point_grid(path: Path) -> PointGrid:
     if len(table) < _MIN_POINTS:
         raise InputError("grid", f"{path} with {len(table)} points", f"at least {_MIN_POINTS} points")
     data = np.array(table).T
-    grid = PointGrid(
-        str(path),
-        data[0].astype(np.int64),
-        data[1].astype(np.int64),
-        data[2:5] * _UNITS[unit],
-        data[5:8] if len(names) == 8 else None,
-        stated.get("member", ""),
-        stated.get("flank", ""),
-    )
+    row, column = data[:2].astype(np.int64)
+    normal, owner = data[5:8] if len(names) == 8 else None, (stated.get("member", ""), stated.get("flank", ""))
+    grid = PointGrid(str(path), row, column, data[2:5] * _UNITS[unit], normal, *owner)
     _check_names(grid)
     return grid
 
@@ -185,13 +176,12 @@ def placed_points(
     off = np.maximum(np.abs(u) / blank.face_width - 0.5, np.abs(v - 0.5) - 0.5)
     worst = int(np.argmax(off))
     if off[worst] > _BEYOND:
-        raise InputError(
-            grid.place(worst),
-            f"{u[worst] * 1e3:.4g} mm from the mean point along the face, {h[worst] * 1e3:.4g} mm above the pitch cone",
-            f"within {blank.face_width * 1e3:.4g} mm face width and "
-            f"{-blank.mean_dedendum * 1e3:.4g} to {blank.mean_addendum * 1e3:.4g} mm",
-            "Check units, frame, member and blank.",
+        stated = (
+            f"{u[worst] * 1e3:.4g} mm from the mean point along the face, {h[worst] * 1e3:.4g} mm above the pitch cone"
         )
+        depth = f"{-blank.mean_dedendum * 1e3:.4g} to {blank.mean_addendum * 1e3:.4g} mm"
+        allowed = f"within {blank.face_width * 1e3:.4g} mm face width and {depth}"
+        raise InputError(grid.place(worst), stated, allowed, "Check units, frame, member and blank.")
     for name, share, least in (("face width", np.ptp(u) / blank.face_width, 0.6), ("depth", np.ptp(v), 0.4)):
         if share < least:
             raise InputError("grid", f"{grid.path} over {100.0 * share:.3g} % of the {name}", f"at least {least:.0%}")
@@ -200,8 +190,8 @@ def placed_points(
     return u, v, h, middle + np.angle(np.exp(1j * (turn - middle)))
 
 
-def grid_flank(grid: PointGrid, side: FlankSide, blank: Blank, hand: Hand) -> SmoothFlank:
-    """Smooth flank through a grid of points on a blank of a member of that hand.
+def grid_flank(grid: PointGrid, side: FlankSide, blank: Blank) -> SmoothFlank:
+    """Smooth flank through a grid of points on a blank.
 
     Raises an `InputError` if the points do not lie on this blank, do not cover it, or do not form one surface.
     """
@@ -216,7 +206,7 @@ def grid_flank(grid: PointGrid, side: FlankSide, blank: Blank, hand: Hand) -> Sm
             samples, shape = sloped, other
     missed = np.abs(samples.left_out(shape))
     patch = samples.fit(shape)
-    flank = SmoothFlank(side, blank, normal_sense(side, hand), patch, f"the points of {grid.path}", 0.0)
+    flank = SmoothFlank(side, blank, normal_sense(side, blank), patch, f"the points of {grid.path}", 0.0)
     points = flank.points(np.stack([u, h, np.zeros_like(u)]))
     # distance along the normal: distance around the axis times the component of the normal in that direction
     share = np.abs(grid.position[0] * points.normal[1] - grid.position[1] * points.normal[0])
@@ -225,12 +215,12 @@ def grid_flank(grid: PointGrid, side: FlankSide, blank: Blank, hand: Hand) -> Sm
         angle = np.where(np.sum(grid.normal * points.normal, axis=0) > 0.0, angle, 2.0)
         worst = int(np.argmax(angle))
         if angle[worst] > _NORMAL_OFF:
-            raise InputError(
-                grid.place(worst),
-                "normal " + ", ".join(f"{x:.4g}" for x in grid.normal[:, worst]),
-                "near " + ", ".join(f"{x:.4g}" for x in points.normal[:, worst]) + ", that of the surrounding points",
-                "Normals point out of the tooth; also check flank and hand.",
+            stated, near = (", ".join(f"{x:.4g}" for x in n[:, worst]) for n in (grid.normal, points.normal))
+            allowed, hint = (
+                f"near {near}, that of the surrounding points",
+                "Normals point out of the tooth; also check ",
             )
+            raise InputError(grid.place(worst), f"normal {stated}", allowed, f"{hint}flank and hand.")
     return replace(flank, error=float((missed * share).max()))
 
 
@@ -265,25 +255,12 @@ class _Samples:
 
     def rows(self, shape: tuple[int, int]) -> tuple[FloatArray, FloatArray]:
         """Equations (n, 1 or 3, coefficients) and their right-hand sides (n, 1 or 3), slopes weighted by lengths."""
-        along: list[FloatArray] = []
-        over: list[FloatArray] = []
-        for at, (low, high), count, basis in (
-            (self.u, self.u_range, shape[0], along),
-            (self.v, self.v_range, shape[1], over),
-        ):
-            x = 2.0 * (at - low) / (high - low) - 1.0
-            basis.append(np.asarray(chebyshev.chebvander(x, count - 1), np.float64))
-            slope = chebyshev.chebder(np.eye(count), scl=2.0 / (high - low)) if count > 1 else np.zeros((1, 1))
-            basis.append(np.asarray(chebyshev.chebvander(x, slope.shape[0] - 1) @ slope, np.float64))
-
-        def product(a: FloatArray, b: FloatArray) -> FloatArray:
-            return np.asarray((a[:, :, None] * b[:, None, :]).reshape(self.u.size, -1))
-
-        parts, values = [product(along[0], over[0])], [self.azimuth]
+        matrix = partial(self._patch(np.zeros((*shape, 1))).matrix, self.u, self.v)
+        parts, values = [matrix()], [self.azimuth]
         if self.slopes is not None:
             # a slope over a third of the distance of the points has the weight of a point
             steps = 0.33 * np.array([np.ptp(self.u), np.ptp(self.v)]) / np.sqrt(self.u.size)
-            parts += [steps[0] * product(along[1], over[0]), steps[1] * product(along[0], over[1])]
+            parts += [steps[0] * matrix(du=1), steps[1] * matrix(dv=1)]
             values += [steps[0] * self.slopes[0], steps[1] * self.slopes[1]]
         return np.stack(parts, axis=1), np.stack(values, axis=1)
 
@@ -291,7 +268,10 @@ class _Samples:
         """Fit of the azimuth."""
         matrix, values = self.rows(shape)
         solution = np.linalg.lstsq(matrix.reshape(-1, matrix.shape[-1]), values.ravel(), rcond=None)[0]
-        return Patch(("azimuth",), self.u_range, self.v_range, np.asarray(solution, np.float64).reshape(*shape, 1))
+        return self._patch(np.asarray(solution, np.float64).reshape(*shape, 1))
+
+    def _patch(self, coefficients: FloatArray) -> Patch:
+        return Patch(("azimuth",), self.u_range, self.v_range, coefficients)
 
     def left_out(self, shape: tuple[int, int]) -> FloatArray:
         """Leave-one-out error of each point [rad]."""

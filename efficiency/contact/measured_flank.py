@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from efficiency.contact.chebyshev import Patch, PointFit
 from efficiency.contact.conjugate import regular_points
-from efficiency.contact.grid_flank import Hand, PointGrid, SmoothFlank, normal_sense, placed_points
+from efficiency.contact.grid_flank import PointGrid, SmoothFlank, normal_sense, placed_points
 from efficiency.cutting.blank import Blank
 from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import Flank
@@ -206,18 +206,18 @@ class MeasuredFlank(SmoothFlank):
 
 
 def measured_flank(
-    grid: PointGrid, side: FlankSide, blank: Blank, hand: Hand, uncertainty: float, nominal: Flank | None = None
+    grid: PointGrid, side: FlankSide, blank: Blank, uncertainty: float, nominal: Flank | None = None
 ) -> MeasuredFlank:
     """Smooth flank fitted to measured points; given normals are not used, because they are not measured.
 
-    grid, side, blank, hand: points, side of the flank, blank and hand of the member.
+    grid, side, blank: points, side of the flank, blank of the member.
     uncertainty: standard uncertainty of one point along the normal [m].
     nominal: nominal flank.
     Raises `InputError` if the points are not those of this flank and blank; `ConvergenceError` if the nominal flank
     does not exist on its blank.
     """
     u, v, h, azimuth = placed_points(grid, side, blank)
-    sense = normal_sense(side, hand)
+    sense = normal_sense(side, blank)
     half = (0.5 + _BEYOND) * blank.face_width
     ranges = (-half, half), (-_BEYOND, 1.0 + _BEYOND)
     measured = (float(u.min()), float(u.max())), (float(v.min()), float(v.max()))

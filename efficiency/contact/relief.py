@@ -149,12 +149,10 @@ class MemberRelief(InputModel):
         ends = [end for end in (self.toe, self.heel) if end is not None]
         along = sum(end.length for end in ends)
         if ends and along >= blank.face_width:
-            raise InputError(
-                "edge_relief.toe.length" if self.toe is not None else "edge_relief.heel.length",
-                f"{along * 1e3:.6g} mm at toe and heel together",
-                f"below the face width, {blank.face_width * 1e3:.4g} mm",
-                "Usual values are a twentieth to a fifth of the face width at each end.",
-            )
+            where = f"edge_relief.{'heel' if self.toe is None else 'toe'}.length"
+            stated, allowed = f"{along * 1e3:.6g} mm at toe and heel together", f"{blank.face_width * 1e3:.4g} mm"
+            hint = "Usual values are a twentieth to a fifth of the face width at each end."
+            raise InputError(where, stated, f"below the face width, {allowed}", hint)
         thickness = pi * blank.mean_cone_distance * sin(blank.pitch_angle) / blank.teeth
         for name in ("tip", "toe", "heel"):
             given: EdgeRelief | None = getattr(self, name)

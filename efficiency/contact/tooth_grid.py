@@ -147,11 +147,9 @@ def _heights(blank: Blank, u: FloatArray, rows: int, roots: list[RootProfile | N
 
 def _pinion_turns(flanks: GearFlanks) -> dict[FlankSide, float]:
     """Rotation of each pinion flank for contact with its gear flank; the backlash is removed equally from both."""
-    turns: dict[FlankSide, float] = {}
-    for side, pinion in flanks.pinion.items():
-        # the lever is positive on the flank that faces larger azimuths
-        turns[side] = flanks.pinion_phases[side] - 0.5 * flanks.normal_backlash / float(pinion.mean_point().lever[0])
-    return turns
+    # the lever is positive on the flank that faces larger azimuths
+    levers = {side: float(flank.mean_point().lever[0]) for side, flank in flanks.pinion.items()}
+    return {side: flanks.pinion_phases[side] - 0.5 * flanks.normal_backlash / lever for side, lever in levers.items()}
 
 
 def tooth_grid(pair: GearFlanks, member: Member, rows: int = 15, columns: int = 31) -> ToothGrid:
@@ -190,16 +188,9 @@ def tooth_grid(pair: GearFlanks, member: Member, rows: int = 15, columns: int = 
     thickness = azimuth[upper] - azimuth[lower] - shift
     middle = azimuth[lower] + shift + 0.5 * thickness
     centre = float(middle[rows // 2, columns // 2])
-    grid = ToothGrid(
-        blank,
-        u,
-        h,
-        azimuth[lower] + shift - centre,
-        azimuth[upper] - centre,
-        (lower, upper),
-        (roots[lower] is not None, roots[upper] is not None),
-        centre,
-    )
+    faces = azimuth[lower] + shift - centre, azimuth[upper] - centre
+    fillets = roots[lower] is not None, roots[upper] is not None
+    grid = ToothGrid(blank, u, h, *faces, (lower, upper), fillets, centre)
     tip, root = "a smaller addendum or more tooth thickness", "less tooth thickness or a smaller dedendum"
     ends = ("tip", thickness[-1], "tooth", tip), ("root", pitch - thickness[0], "slot", root)
     for name, gap, least, remedy in ends:

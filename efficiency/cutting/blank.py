@@ -42,6 +42,7 @@ class Blank(InputModel):
     dedendum_angle: TaperAngle
     # distance of the pitch apex beyond the crossing point, away from the heel; 0 for a bevel pair [m]
     pitch_apex_beyond_crossing: Shift = 0.0
+    hand: Hand  # hand of spiral
 
     @model_validator(mode="after")
     def _face_fits(self) -> Self:

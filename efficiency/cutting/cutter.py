@@ -57,11 +57,8 @@ class Protuberance(InputModel):
         # both arcs lie between the start and the tip plane
         run = 2.0 * self.radius * acos(1.0 - 0.5 * self.amount / self.radius)
         if run >= self.height:
-            raise InputError(
-                "radius",
-                f"{self.radius * 1e3:.6g} mm",
-                f"small enough that both arcs ({run * 1e3:.3g} mm) fit below the height of {self.height * 1e3:.3g} mm",
-            )
+            arcs, below = f"both arcs ({run * 1e3:.3g} mm)", f"below the height of {self.height * 1e3:.3g} mm"
+            raise InputError("radius", f"{self.radius * 1e3:.6g} mm", f"small enough that {arcs} fit {below}")
         return self
 
 

@@ -112,10 +112,8 @@ class Flank(ABC):
 
         All points start from `anchor` and are moved to their positions together.
         """
-        anchor, start = np.array([self.anchor]), self._start
-        x = np.repeat(start, u.size, axis=1)
-        target = np.stack([u, h], axis=1)
-        ok = np.ones(u.size, dtype=bool)
+        anchor, target = np.array([self.anchor]), np.stack([u, h], axis=1)
+        x = np.repeat(self._start, u.size, axis=1)
         for share in (0.5, 1.0):
             x, ok = self._to(anchor + share * (target - anchor), x)
         return self.points(x), ok

@@ -96,18 +96,8 @@ def columns(flank: CutFlank, u: FloatArray, lengths: FloatArray, start: FloatArr
     shape = lengths.shape
     # a surface that is not an envelope has no edge of regression
     rate = flank.regression(flat).reshape(shape) if flank.machine.generation.rolls else np.ones(shape)
-
-    def by_row(values: FloatArray) -> FloatArray:
-        return np.moveaxis(values.reshape(3, *shape), 0, 1)
-
-    return EdgeColumns(
-        parameters=parameters,
-        position=by_row(points.position),
-        normal=by_row(points.normal),
-        height=height.reshape(shape),
-        regression=rate,
-        found=exists,
-    )
+    position, normal = (np.moveaxis(x.reshape(3, *shape), 0, 1) for x in (points.position, points.normal))
+    return EdgeColumns(parameters, position, normal, height.reshape(shape), rate, exists)
 
 
 # smallest edge radius of a real blade: a sharp corner is given this radius, so that it cuts a fillet
@@ -129,11 +119,6 @@ class FlankLimits:
     undercut: BoolArray  # whether the edge of regression lies above the end of the profile
     regression: FloatArray  # height of the edge of regression [m]; nan without one
     fillet: EdgeColumns  # points of the fillet, from the profile to the root line
-
-    @property
-    def undercut_depth(self) -> FloatArray:
-        """Height of the flank lost to undercut above the edge of regression, 0 without undercut [m]."""
-        return np.where(self.undercut, self.start - np.where(self.undercut, self.regression, 0.0), 0.0)
 
     @property
     def root_error(self) -> FloatArray:

@@ -57,6 +57,8 @@ Turn = Annotated[float, ValueRange("rad", ge=-3.1416, le=3.1416)]
 
 # natural steps of settings in a correction [m], [rad]
 LENGTH_STEP, ANGLE_STEP = 1e-4, 1e-3
+# coefficients of modified roll by their trade names
+MODIFIED_ROLL = ("2c", "6d", "24e", "120f", "720g")
 
 
 @dataclass(frozen=True)
@@ -160,13 +162,7 @@ class MachineSettings:
         zero = 0.0 * phi
         if not self.generation.rolls:
             phi = zero
-        modified = (
-            self.modified_roll_2c,
-            self.modified_roll_6d,
-            self.modified_roll_24e,
-            self.modified_roll_120f,
-            self.modified_roll_720g,
-        )
+        modified = [getattr(self, f"modified_roll_{name}") for name in MODIFIED_ROLL]
         vertical = (self.blank_offset, self.vertical_motion_1, self.vertical_motion_2, self.vertical_motion_3)
         helical = (self.sliding_base, self.helical_motion_1, self.helical_motion_2, self.helical_motion_3)
         ratio = self.roll_ratio if self.generation.rolls else 0.0

@@ -233,16 +233,10 @@ class FaceHobbingCutter(BladeInput):
     def blade(self, side: FlankSide, hand: Hand) -> Blade:
         """The blade that cuts one flank; the head of a left-hand member is mirrored."""
         mirror = 1.0 if hand == "right" else -1.0
-        return self._blade(
-            side,
-            self.cutter_radius,
-            radius_offset=self.radius_offset,
-            groups=self.blade_groups,
-            offset_angle=mirror * self.blade_offset_angle,
-            phase=mirror * self.blade_phase,
-            rake=mirror * self.rake_angle,
-            hook=mirror * self.hook_angle,
-        )
+        angles = {"offset_angle": self.blade_offset_angle, "phase": self.blade_phase}
+        angles |= {"rake": self.rake_angle, "hook": self.hook_angle}
+        head = {name: mirror * angle for name, angle in angles.items()}
+        return self._blade(side, self.cutter_radius, radius_offset=self.radius_offset, groups=self.blade_groups, **head)
 
 
 class FaceHobbing(CuttingProcess):

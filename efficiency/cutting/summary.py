@@ -29,7 +29,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from efficiency.cutting.blank import Blank
-from efficiency.cutting.machine import GENERATIONS, MACHINE_INPUTS
+from efficiency.cutting.machine import GENERATIONS, MACHINE_INPUTS, MODIFIED_ROLL
 from efficiency.cutting.process import PROCESSES
 from ehl.common.errors import InputError
 from ehl.common.files import read_text, toml_text
@@ -75,7 +75,7 @@ _SYNONYMS = {
     "tilt angle": "tilt",
     "swivel angle": "swivel",
     "machine center to back": "machine_centre_to_back",
-    **{label: f"modified_roll_{label}" for label in ("2c", "6d", "24e", "120f", "720g")},
+    **{label: f"modified_roll_{label}" for label in MODIFIED_ROLL},
 }
 
 

@@ -141,6 +141,7 @@ def cylindrical_tooth(
         addendum_angle=0.0,
         dedendum_angle=0.0,
         pitch_apex_beyond_crossing=0.0,
+        hand="right",  # without effect
     )
     radii, stations = np.linspace(root, tip, ROWS), np.linspace(-0.5, 0.5, COLUMNS) * width
     height, u = (np.array(grid) for grid in np.meshgrid(radii, stations, indexing="ij"))

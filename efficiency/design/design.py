@@ -22,14 +22,8 @@ from efficiency.contact.relief import FlankDeviation, MemberRelief, PairRelief
 from efficiency.cutting.blank import Blank, Depth, Length, blank_dimensions
 from efficiency.cutting.cutter import FLANK_SIDES, FlankSide
 from efficiency.cutting.flank import Flank
-from efficiency.design.flank_input import (
-    BlankInput,
-    ConjugateFlankInput,
-    CutFlankInput,
-    FlankInput,
-    FlankTable,
-    from_folder,
-)
+from efficiency.design import flank_input
+from efficiency.design.flank_input import ConjugateFlankInput, CutFlankInput, FlankInput, FlankTable
 from efficiency.design.shaft_input import MISALIGNMENTS as MISALIGNMENTS
 from efficiency.design.shaft_input import Deflection as Deflection
 from efficiency.design.shaft_input import Misalignment as Misalignment
@@ -206,7 +200,7 @@ class MemberInput(MemberSurface):
     spread blade); the tables of a flank add to them or override them.
     """
 
-    blank: BlankInput  # cones and teeth
+    blank: Blank  # cones and teeth
     # flanks: by cutter and machine settings, by points, or (pinion only) by an ease-off
     concave: FlankInput
     convex: FlankInput
@@ -267,7 +261,7 @@ class MemberInput(MemberSurface):
 
 
 @lru_cache(maxsize=32)
-def _flank(given: FlankTable, side: FlankSide, blank: BlankInput, _version: int) -> Flank:
+def _flank(given: FlankTable, side: FlankSide, blank: Blank, _version: int) -> Flank:
     """The flank, shared by both flank pairs and the teeth, because it stores starting values of its points."""
     return given.flank(side, blank)
 
@@ -300,9 +294,8 @@ class Design(PairDesign):
         if self.pinion.blank.hand == self.gear.blank.hand:
             raise InputError("pinion.blank.hand", self.pinion.blank.hand, "the opposite of the gear's hand")
         if self.pinion.blank.teeth > self.gear.blank.teeth:
-            raise InputError(
-                "pinion.blank.teeth", self.pinion.blank.teeth, f"at most the {self.gear.blank.teeth} teeth of the gear"
-            )
+            allowed = f"at most the {self.gear.blank.teeth} teeth of the gear"
+            raise InputError("pinion.blank.teeth", self.pinion.blank.teeth, allowed)
         for member in MEMBERS:
             for side in FLANK_SIDES:
                 getattr(getattr(self, member), side).check_member(member, side)
@@ -371,15 +364,9 @@ class Design(PairDesign):
         pinion, gear = ({side: self.flank(member, side) for side in FLANK_SIDES} for member in MEMBERS)
         given = self.assembly
         relief = PairRelief(self.pinion.edge_relief, self.gear.edge_relief)
+        loaded, backlash = given.drive_flank_pinion, given.normal_backlash
         return GearFlanks(
-            self.name,
-            pinion,
-            gear,
-            self.placement(),
-            given.drive_flank_pinion,
-            given.normal_backlash,
-            relief,
-            given.flank_deviation,
+            self.name, pinion, gear, self.placement(), loaded, backlash, relief, deviation=given.flank_deviation
         )
 
     @property
@@ -411,7 +398,7 @@ def load_design(name: str | Path) -> Design:
     Returns: the design; paths of point files are relative to the folder of the file.
     """
     path = named_file("design", "designs", name)
-    return validate(Design, from_folder(read_toml(path, "design"), path.parent))
+    return validate(Design, flank_input.from_folder(read_toml(path, "design"), path.parent))
 
 
 T = TypeVar("T")

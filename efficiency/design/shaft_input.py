@@ -11,7 +11,7 @@ from typing import Annotated, Any, Self
 import numpy as np
 from pydantic import AliasChoices, Field, field_validator, model_validator
 
-from efficiency.ltca.shaft_deflection import MemberCompliance, shaft_compliance
+from efficiency.ltca.shaft_deflection import Compliances, MemberCompliance, shaft_compliance
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 from ehl.common.units import ValueRange
@@ -187,7 +187,7 @@ class StiffnessInput(InputModel):
         """Whether any member deflects."""
         return self.pinion is not None or self.gear is not None
 
-    def compliances(self) -> tuple[MemberCompliance | None, MemberCompliance | None]:
+    def compliances(self) -> Compliances:
         """Compliances of pinion and gear."""
         pinion, gear = (None if given is None else given.compliance() for given in (self.pinion, self.gear))
         return pinion, gear

@@ -15,7 +15,7 @@ from efficiency.blanks.agma_2003 import AgmaRating, rate_agma
 from efficiency.blanks.dimensions import placement
 from efficiency.blanks.iso_10300 import RZ_OF_RQ, FlankRating, rate_flank
 from efficiency.blanks.pair_blank import agma_tables, rating_tables
-from efficiency.blanks.rating import RatedMember, RatedPair, RatingInput, RatingLoad
+from efficiency.blanks.rating import RatedMember, RatedPair, RatingInput, RatingLoad, as_pair
 from efficiency.blanks.tangency import PitchCones
 from efficiency.blanks.virtual_gears import virtual_gears
 from efficiency.conditions.duty import DutyRow
@@ -118,21 +118,14 @@ def rated_pair(design: Design) -> RatedPair:
     angles = np.array([[flank.mean_angles() for flank in flanks.mating(side)] for side in SIDES])
     spirals, alphas = np.abs(angles[..., 0].mean(axis=0)), angles[..., 1].mean(axis=1)
     one, two = blanks
-    cones = PitchCones(
-        one.pitch_angle,
-        two.pitch_angle,
-        one.mean_cone_distance,
-        two.mean_cone_distance,
-        float(spirals[0]),
-        float(spirals[1]),
-        face_width_factor=0.5,
-    )
-    diameters = cones.mean_diameter_1, cones.mean_diameter_2
+    distances = one.mean_cone_distance, two.mean_cone_distance
+    cones = PitchCones((one.pitch_angle, two.pitch_angle), distances, as_pair(spirals))
+    diameters = cones.mean_diameter
     place = placement(design.assembly.shaft_angle, design.assembly.hypoid_offset, cones)
     limit = cones.limit_pressure_angle(place.zeta_mp)
     if flanks.loaded_side("pinion", "drive") == "convex":
         limit = -limit
-    module = diameters[1] * math.cos(cones.spiral_2) / two.teeth
+    module = diameters[1] * math.cos(cones.spiral[1]) / two.teeth
     shift = 0.5 * (one.mean_addendum - two.mean_addendum) / module
     middle, alpha = np.zeros(1), float(alphas.mean())
     widths = (normal_thickness(flanks, member, middle, middle)[0] for member in MEMBERS)
@@ -153,7 +146,7 @@ def rated_pair(design: Design) -> RatedPair:
     ]
     heights = (one.mean_addendum, two.mean_addendum), (one.mean_dedendum, two.mean_dedendum)
     drive, coast = (
-        virtual_gears(cones, place, module, heights, two.face_width, alpha, alpha - own, own)
+        virtual_gears(cones, place, module, heights, two.face_width, alpha, own)
         for alpha, own in zip(map(float, alphas), (limit, -limit), strict=True)
     )
     cut = [flank.blade.point_radius for flank in design.flanks().of("gear").values() if isinstance(flank, CutFlank)]

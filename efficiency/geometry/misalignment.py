@@ -116,11 +116,8 @@ class MisalignmentStudy:
     @property
     def varied(self) -> list[str]:
         """Misalignments with more than one value, or with a standard deviation."""
-        return [
-            name
-            for name in MISALIGNMENTS
-            if len(getattr(self, name)) > 1 or (self.samples and any(getattr(self, name)))
-        ]
+        values = {name: getattr(self, name) for name in MISALIGNMENTS}
+        return [name for name, given in values.items() if len(given) > 1 or (self.samples and any(given))]
 
     def distribution(self) -> dict[str, tuple[float, ...]]:
         """Mean, standard deviation, and 5, 50 and 95 % quantile of each result over the states that were computed."""

@@ -51,21 +51,17 @@ class SideGeometry:
         """Numbers for JSON, SI units."""
         mesh, pattern, path = self.pair.transmission, self.pattern, self.pair.path
         kept_out = ("pair", "cycle", "pattern")
+        centre_u, centre_depth = finite_or_none(pattern.centre)
+        marked = {"area_share": pattern.area_share, "centre_u": centre_u, "centre_depth": centre_depth}
+        marked |= {"length": pattern.length, "width": pattern.width, "edges": list(pattern.edges)}
+        of_path = ("pinion_angle", "transmission_error", "u", "height", "free")
         return {name: getattr(self, name) for name in self.__dataclass_fields__ if name not in kept_out} | {
             "transmission_error_peak_to_peak": mesh.peak_to_peak,
             "transmission_error_interval": mesh.interval,
             "harmonics": mesh.harmonics.tolist(),
             "interpolation_error": self.pair.surface.interpolation_error,
-            "pattern": {
-                "area_share": pattern.area_share,
-                **dict(zip(("centre_u", "centre_depth"), finite_or_none(pattern.centre), strict=True)),
-                **{name: getattr(pattern, name) for name in ("length", "width")},
-                "edges": list(pattern.edges),
-            },
-            "path": {
-                name: getattr(path, name).tolist()
-                for name in ("pinion_angle", "transmission_error", "u", "height", "free")
-            },
+            "pattern": marked,
+            "path": {name: getattr(path, name).tolist() for name in of_path},
         }
 
 

@@ -42,14 +42,9 @@ from efficiency.contact.contact_lines import EdgeProximity, MeshPosition, conjug
 from efficiency.contact.edge_lines import nearest_edge
 from efficiency.contact.flank_pair import FlankPair
 from efficiency.contact.mesh_surface import EDGES, MeshSurface
+from efficiency.ltca import load_distribution
 from efficiency.ltca.equilibrium import Equilibrium
-from efficiency.ltca.load_distribution import (
-    LoadDistribution,
-    PositionLoad,
-    TeethElasticity,
-    loads_of_forces,
-    require_torque,
-)
+from efficiency.ltca.load_distribution import LoadDistribution, PositionLoad, TeethElasticity
 from efficiency.ltca.mesh_grids import FrictionBalance, LoadedGrids, MeshGrids
 from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.dialect import with_point
@@ -74,6 +69,10 @@ _COLUMNS = {
     "grid": ValueRange("", ge=0.0, le=1.0),
 }
 _OF_EDGE = ("edge", "edge_distance", "edge_section", "edge_touching")
+# columns of a saved load with their units
+_WRITTEN = {"pinion_angle": "rad", "grid": "", "pair": "", "face_gear": "mm", "height_gear": "mm", "length": "mm"}
+_WRITTEN |= {"force": "N", "radius_equivalent": "mm", "pressure_hertz": "Pa"}
+_WRITTEN |= dict(zip(_OF_EDGE, ("", "mm", "", ""), strict=True))
 # largest distance of a point beyond an edge, for the rounding of another mesh [m]
 _BEYOND = 2e-4
 # largest relative deviation of the forces of a position from the stated torque
@@ -93,22 +92,15 @@ def write_load(load: LoadDistribution, thermal: LoadDistribution, path: Path, fr
     with replacing(path, "save_load") as draft, draft.open("w", newline="", encoding="utf-8") as file:
         file.write(f"# torque = {load.torque!r} N m\n" + (f"# friction = {friction}\n" if friction else ""))
         writer = csv.writer(file)
-        units: tuple[tuple[str, str], ...] = (("pinion_angle", "rad"), ("grid", ""), ("pair", ""))
-        units += tuple((name, "mm") for name in ("face_gear", "height_gear", "length"))
-        of_edge = tuple(zip(_OF_EDGE, ("", "mm", "", ""), strict=True))
-        columns = (*units, ("force", "N"), ("radius_equivalent", "mm"), ("pressure_hertz", "Pa"), *of_edge)
-        writer.writerow([f"{name} [{unit}]" for name, unit in columns])
+        writer.writerow([f"{name} [{unit}]" for name, unit in _WRITTEN.items()])
         for grid, p in [*((0, p) for p in load.positions), *((1, p) for p in thermal.positions)]:
-            at = p.position
-            for k in np.flatnonzero(p.force > 0.0):
-                millimetres = (1e3 * float(values[k]) for values in (at.face_gear, at.height_gear, at.length))
-                row = [repr(at.pinion_angle), grid, int(at.pair[k]), *map(repr, millimetres), repr(float(p.force[k]))]
-                row += [repr(1e3 * float(at.radius_equivalent[k])), repr(float(p.pressure_hertz[k]))]
-                if at.edge is not None:
-                    e = at.edge
-                    distance, section = 1e3 * float(e.distance[k]), float(e.crossing[k])
-                    row += [int(e.index[k]), repr(distance), repr(section), int(e.touching[k])]
-                writer.writerow(row)
+            at, e, loaded = p.position, p.position.edge, p.force > 0.0
+            columns = [at.pair, *(1e3 * length for length in (at.face_gear, at.height_gear, at.length)), p.force]
+            columns += [1e3 * at.radius_equivalent, p.pressure_hertz]
+            if e is not None:
+                columns += [e.index, 1e3 * e.distance, e.crossing, e.touching.astype(int)]
+            rows = zip(*(column[loaded].tolist() for column in columns), strict=True)
+            writer.writerows([at.pinion_angle, grid, *row] for row in rows)
 
 
 def read_load(path: Path, contact: FlankPair, teeth: TeethElasticity, torque: float | None = None) -> LoadedGrids:
@@ -123,7 +115,7 @@ def read_load(path: Path, contact: FlankPair, teeth: TeethElasticity, torque: fl
     stated, friction, columns, rows = _table(path)
     if torque is None:
         torque = stated
-    require_torque(torque)
+    load_distribution.require_torque(torque)
     if abs(torque / stated - 1.0) > 1e-3:
         raise InputError("torque", f"{torque:.6g} N m", f"{stated:.6g} N m, the torque of {path.name}")
     surface = contact.surface
@@ -202,7 +194,7 @@ def _table(path: Path) -> tuple[float, str, dict[str, FloatArray], tuple[int, ..
             friction = value.strip()
     if torque is None:
         raise InputError(f"{path.name}: torque", None, "a first line such as '# torque = 300 N m'")
-    require_torque(torque)
+    load_distribution.require_torque(torque)
     columns, rows = read_table(path, _COLUMNS, ("pinion_angle",), bare=False)
     if not ({"face_gear", "height_gear"} <= columns.keys() or {"x", "y", "z"} <= columns.keys()):
         raise InputError(f"{path.name}: position of points", None, "columns face_gear and height_gear, or x, y and z")
@@ -270,4 +262,6 @@ def _load(position: MeshPosition, teeth: TeethElasticity, force: FloatArray, off
     unknown = np.full(size, math.nan)
     given = Equilibrium(force, math.nan, math.nan, unknown, math.nan, abs(off), 0, 0, 0, "converged", "")
     unknown = np.full(1, math.nan)
-    return loads_of_forces([position], teeth.local([position])[0], force, unknown, unknown, [given])[0]
+    return load_distribution.loads_of_forces([position], teeth.local([position])[0], force, unknown, unknown, [given])[
+        0
+    ]

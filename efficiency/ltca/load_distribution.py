@@ -145,14 +145,12 @@ class TeethElasticity:
     def local(self, cycle: Sequence[MeshPosition]) -> list[LocalApproach]:
         """Load-deflection law of the points of each position."""
         ends = np.cumsum([p.pair.size for p in cycle])[:-1]
-        of_pinion, of_gear = (
-            np.split(
-                tooth.depth(*(np.concatenate([getattr(p, f"{name}_{member}") for p in cycle]) for name in _PLACE)), ends
-            )
-            for tooth, member in ((self.pinion, "pinion"), (self.gear, "gear"))
-        )
+        both = []
+        for tooth, member in ((self.pinion, "pinion"), (self.gear, "gear")):
+            places = (np.concatenate([getattr(p, f"{name}_{member}") for p in cycle]) for name in _PLACE)
+            both.append(np.split(tooth.depth(*places), ends))
         materials, modulus, laws = (self.material_pinion, self.material_gear), self.effective_modulus, []
-        for p, depths in zip(cycle, zip(of_pinion, of_gear, strict=True), strict=True):
+        for p, depths in zip(cycle, zip(*both, strict=True), strict=True):
             size, edge = p.pair.size, p.edge
             at_edge = np.zeros(size), np.full(size, np.inf), np.ones(size)
             if edge is not None:
@@ -383,9 +381,4 @@ def loads_of_forces(
     ends = np.cumsum([p.pair.size for p in cycle])[:-1]
     parts = (np.split(values, ends) for values in (force, load, hertz, pressure, half_width))
     flags, turns, errors = np.split(at_edge, ends), approach.tolist(), transmission_error.tolist()
-    return tuple(
-        PositionLoad(at, f, w, p, most, b, flag, turn, error, own)
-        for at, f, w, p, most, b, flag, turn, error, own in zip(
-            cycle, *parts, flags, turns, errors, equilibria, strict=True
-        )
-    )
+    return tuple(map(PositionLoad, cycle, *parts, flags, turns, errors, equilibria))

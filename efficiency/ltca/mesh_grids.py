@@ -17,15 +17,9 @@ import numpy as np
 
 from efficiency.contact.assembly import Axis
 from efficiency.contact.contact_lines import MAX_POINTS_PER_LINE, MAX_POSITIONS, MeshPosition
+from efficiency.ltca import load_distribution
 from efficiency.ltca.limits import EdgeLoad, edge_load, limit_notes
-from efficiency.ltca.load_distribution import (
-    ElasticPosition,
-    LoadDistribution,
-    TeethElasticity,
-    distribute_load,
-    elastic_cycle,
-    require_torque,
-)
+from efficiency.ltca.load_distribution import ElasticPosition, LoadDistribution, TeethElasticity
 from efficiency.ltca.tangent_load import TangentLoad, TangentLoads
 from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.errors import InputError, check_count
@@ -76,12 +70,12 @@ class MeshGrids:
     @cached_property
     def elastic_fine(self) -> tuple[ElasticPosition, ...]:
         """The fine grid with its compliance."""
-        return elastic_cycle(self.fine, self.teeth)
+        return load_distribution.elastic_cycle(self.fine, self.teeth)
 
     @cached_property
     def elastic_coarse(self) -> tuple[ElasticPosition, ...]:
         """The coarse grid with its compliance."""
-        return elastic_cycle(self.coarse, self.teeth)
+        return load_distribution.elastic_cycle(self.coarse, self.teeth)
 
     @cached_property
     def friction_arms(self) -> tuple[list[FloatArray], list[FloatArray]]:
@@ -144,7 +138,7 @@ class MeshGrids:
 
             def make() -> list[tuple[ElasticPosition, ...]]:
                 cycles = (make_cycle(len(self.fine), count, reach) for count in (points, (points + 1) // 2))
-                return [elastic_cycle(cycle, self.teeth) for cycle in cycles]
+                return [load_distribution.elastic_cycle(cycle, self.teeth) for cycle in cycles]
 
             found = make() if self.kept is None else self.kept(step, make)
             fine, coarse = (tuple(elastic.position for elastic in cycle) for cycle in found)
@@ -237,7 +231,9 @@ class LoadedGrids:
         if self._fine is not None:
             return self._fine
         start = self.mesh.on_fine(self.coarse)
-        return distribute_load(self.mesh.elastic_fine, self.mesh.teeth, self.coarse.torque, near=start)
+        return load_distribution.distribute_load(
+            self.mesh.elastic_fine, self.mesh.teeth, self.coarse.torque, near=start
+        )
 
     def tangents(self, way: float) -> tuple[TangentLoads, TangentLoads]:
         """Loads of fine and coarse grid with friction as a part of the torque; `way` is -1 if the gear drives."""
@@ -268,11 +264,11 @@ def load_grids(mesh: MeshGrids, torque: float) -> LoadedGrids:
 
     The mesh of the result is deflected and has lines of adequate length for the load.
     """
-    require_torque(torque)
+    load_distribution.require_torque(torque)
     if mesh.under_torque is not None:
         mesh = mesh.under_torque(torque)
-    coarse = distribute_load(mesh.elastic_coarse, mesh.teeth, torque)
+    coarse = load_distribution.distribute_load(mesh.elastic_coarse, mesh.teeth, torque)
     fitted = mesh.fitted(coarse)
     if fitted is not mesh:
-        coarse = distribute_load(fitted.elastic_coarse, mesh.teeth, torque)
+        coarse = load_distribution.distribute_load(fitted.elastic_coarse, mesh.teeth, torque)
     return LoadedGrids(fitted, None, coarse)

@@ -90,13 +90,14 @@ def shaft_compliance(
     return 0.5 * (found + found.T)
 
 
+Compliances = tuple[MemberCompliance | None, MemberCompliance | None]
+"""Compliances of pinion and gear; None for a rigid member."""
+
+
 def axes_under_load(
-    placed: Assembly,
-    compliances: tuple[MemberCompliance | None, MemberCompliance | None],
-    load: LoadDistribution,
-    now: DisplacedAxes,
+    placed: Assembly, compliances: Compliances, load: LoadDistribution, now: DisplacedAxes
 ) -> DisplacedAxes:
-    """Axes of members displaced by a load; a member without compliance (None) is rigid.
+    """Axes of members displaced by a load.
 
     `placed` are the axes without load; `now` are the axes to whose mesh frame the load refers.
     """
@@ -115,10 +116,7 @@ def axes_under_load(
 
 
 def solve_deflection(
-    placed: Assembly,
-    compliances: tuple[MemberCompliance | None, MemberCompliance | None],
-    torque: float,
-    meshes: Sequence[Callable[[DisplacedAxes], MeshGrids]],
+    placed: Assembly, compliances: Compliances, torque: float, meshes: Sequence[Callable[[DisplacedAxes], MeshGrids]]
 ) -> MeshGrids:
     """The mesh at the misalignment that its own load produces, by fixed-point iteration with Anderson acceleration.
 

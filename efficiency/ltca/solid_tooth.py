@@ -23,18 +23,8 @@ from numpy.typing import ArrayLike, NDArray
 from efficiency.contact.gear_flanks import GearFlanks, Member, Side
 from efficiency.contact.tooth_grid import ToothGrid, tooth_grid, tooth_shapes
 from efficiency.cutting.machine import rotation
-from efficiency.ltca.ritz_solid import (
-    ORDERS,
-    Orders,
-    Part,
-    RitzSolid,
-    ToothCell,
-    lagrange_values,
-    lobatto_nodes,
-    ritz_solid,
-    tooth_cell,
-    turns,
-)
+from efficiency.ltca import ritz_solid as ritz
+from efficiency.ltca.ritz_solid import ORDERS, Orders, Part, RitzSolid, ToothCell
 from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.errors import ConvergenceError
 from ehl.material import Material
@@ -244,7 +234,7 @@ class SolidTooth:
     def _interpolation(self, face: ArrayLike, height: ArrayLike) -> FloatArray:
         """Values (points, nodes) of the polynomials of the flank grid."""
         b, c = self.cell.on_flank(np.asarray(face, float), np.asarray(height, float))
-        over, along = (lagrange_values(nodes, x) for nodes, x in zip(self.nodes, (b, c), strict=True))
+        over, along = (ritz.lagrange_values(nodes, x) for nodes, x in zip(self.nodes, (b, c), strict=True))
         return (over[:, :, None] * along[:, None, :]).reshape(b.size, -1)
 
 
@@ -285,18 +275,18 @@ def solid_tooth(
     """
     if not body.held:
         raise ConvergenceError("tooth_not_held", "no surface of the body is fixed")
-    cell, orders = tooth_cell(grid, body.rim_thickness), orders.longer(turns(grid))
+    cell, orders = ritz.tooth_cell(grid, body.rim_thickness), orders.longer(ritz.turns(grid))
     poisson = body.material.poisson_ratio
     try:
-        solid = ritz_solid(cell, body.moduli, poisson, body.held, orders)
+        solid = ritz.ritz_solid(cell, body.moduli, poisson, body.held, orders)
     except ConvergenceError as error:
         if error.reason != "tooth_folded":
             raise
         # steep fillets fold the polynomials of the slot between them: the tooth block then begins at the root
-        cell = tooth_cell(grid, body.rim_thickness, from_root=True)
-        solid = ritz_solid(cell, body.moduli, poisson, body.held, orders)
+        cell = ritz.tooth_cell(grid, body.rim_thickness, from_root=True)
+        solid = ritz.ritz_solid(cell, body.moduli, poisson, body.held, orders)
     side = 1.0 if grid.sides[1] == loaded else 0.0
-    nodes = lobatto_nodes(orders.tooth[1] + 1), lobatto_nodes(orders.tooth[2] + 1)
+    nodes = ritz.lobatto_nodes(orders.tooth[1] + 1), ritz.lobatto_nodes(orders.tooth[2] + 1)
     b, c = (x.ravel() for x in np.meshgrid(*nodes, indexing="ij"))
     flank, into = _flank_points(cell, side, b, c)
     middle, half = _middle_surface(cell, flank, into, b, c)

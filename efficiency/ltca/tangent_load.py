@@ -15,18 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.contact.contact_lines import MeshPosition
+from efficiency.ltca import load_distribution
 from efficiency.ltca.limits import EdgeLoad, edge_load
-from efficiency.ltca.load_distribution import (
-    OF_POSITION,
-    ElasticPosition,
-    LoadDistribution,
-    LocalApproach,
-    PositionLoad,
-    TeethElasticity,
-    distribute_load,
-    edge_pressures,
-    loads_of_forces,
-)
+from efficiency.ltca.load_distribution import ElasticPosition, LoadDistribution, PositionLoad, TeethElasticity
 from ehl.common.arrays import FloatArray, IntArray
 from ehl.line_contact import half_width_of_pressure, hertz_pressure
 
@@ -73,10 +64,12 @@ class TangentLoads:
         self.starts = np.concatenate([[0], np.cumsum(sizes)[:-1]])
         self.number = np.repeat(np.arange(len(sizes)), sizes)
         self.index = np.arange(self.number.size) - self.starts[self.number]
-        self.fields = {name: np.concatenate([getattr(p, name) for p in self.positions]) for name in OF_POSITION}
+        self.fields = {
+            name: np.concatenate([getattr(p, name) for p in self.positions]) for name in load_distribution.OF_POSITION
+        }
         self.lever = np.concatenate([p.lever_pinion for p in self.positions])
         self.arm = np.concatenate(list(arms))
-        self.law = LocalApproach.joined([elastic.approach for elastic in self.cycle])
+        self.law = load_distribution.LocalApproach.joined([elastic.approach for elastic in self.cycle])
         self._ratio = np.array([float(np.mean(p.lever_pinion / p.lever_gear)) for p in self.positions])
         self._unloaded = np.array([p.transmission_error for p in self.positions])
 
@@ -97,7 +90,7 @@ class TangentLoads:
         if _distance(node, normal_torques) > longest:
             node = min((node, *self._own), key=lambda other: _distance(other, normal_torques))
         if _distance(node, normal_torques) > longest:
-            node = distribute_load(self.cycle, self.teeth, self.torque, normal_torques, node)
+            node = load_distribution.distribute_load(self.cycle, self.teeth, self.torque, normal_torques, node)
             self._own = [*self._own[1 - _KEPT :], node]
         return self._from(node, normal_torques)
 
@@ -107,7 +100,7 @@ class TangentLoads:
             torques = self.torque * np.exp(-(self._first + step * self._step) * self.arm_ratio)
             # always the same start, so that a load does not depend on earlier solutions
             start = self._start(step) if callable(self._start) else self._start
-            self._solved[step] = distribute_load(self.cycle, self.teeth, self.torque, torques, start)
+            self._solved[step] = load_distribution.distribute_load(self.cycle, self.teeth, self.torque, torques, start)
         return self._solved[step]
 
     def _from(self, node: LoadDistribution, torques: FloatArray) -> TangentLoad:
@@ -171,7 +164,9 @@ class TangentLoad(LoadDistribution):
     def positions(self) -> tuple[PositionLoad, ...]:
         """Load of each position."""
         solved = [p.equilibrium for p in self.node.positions]
-        return loads_of_forces(self.loads.positions, self.loads.law, self.force, self.angle, self.errors, solved)
+        return load_distribution.loads_of_forces(
+            self.loads.positions, self.loads.law, self.force, self.angle, self.errors, solved
+        )
 
     @property
     def cycle(self) -> tuple[MeshPosition, ...]:
@@ -186,7 +181,7 @@ class TangentLoad(LoadDistribution):
     @cached_property
     def pressure_edge_max(self) -> float:
         """Maximum pressure of elastic contacts at rounded edges [Pa]; 0 without any."""
-        return float(edge_pressures(self.loads.law, self.force).max(initial=0.0))
+        return float(load_distribution.edge_pressures(self.loads.law, self.force).max(initial=0.0))
 
     @property
     def torque_residual(self) -> float:

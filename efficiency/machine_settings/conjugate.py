@@ -26,14 +26,7 @@ from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.machine import dot, turn
 from efficiency.machine_settings import generating
-from efficiency.machine_settings.fit import (
-    FitResult,
-    FittedFlank,
-    FreeSettings,
-    RootLine,
-    TargetFlank,
-    fit,
-)
+from efficiency.machine_settings.fit import FitResult, FittedFlank, FreeSettings, RootLine, TargetFlank, fit
 from efficiency.machine_settings.gear import GearCut, PairDimensions
 from efficiency.machine_settings.inputs import FlankTarget
 from ehl.common.arrays import FloatArray
@@ -105,7 +98,7 @@ def _on_cradle(
 ) -> TargetFlank:
     """The same tool in space on another cradle; the cutting parameters are starting values."""
     axis = pair.assembly.pinion_origin[:, 0], pair.assembly.pinion_axis[:, 0]
-    pose = generating.machine_pose(new.point, new.direction, *axis, tool_in_space(pair, target.flank, old))
+    pose = generating.machine_pose((new.point, new.direction), axis, tool_in_space(pair, target.flank, old))
     before = generating.tilt_and_swivel(target.flank)
     shift = before.index_zero - target.flank.index_zero
     facing = (pair.assembly.pinion_frame.T @ pose.work_direction)[:2]
@@ -113,7 +106,9 @@ def _on_cradle(
     turned = float(np.arctan2(facing[1], facing[0]) - np.arctan2(was[1], was[0]))
     was_set = before.machine
     machine = replace(
-        pose.machine(was_set.roll_ratio * old.rate / new.rate, was_set.helical_motion_1 + old.pitch - new.pitch),
+        pose.settings,
+        roll_ratio=was_set.roll_ratio * old.rate / new.rate,
+        helical_motion_1=was_set.helical_motion_1 + old.pitch - new.pitch,
         modified_roll_2c=was_set.modified_roll_2c,
         modified_roll_6d=was_set.modified_roll_6d,
     )
@@ -206,8 +201,8 @@ def conjugate_start(pair: PairDimensions, gear: GearCut, side: FlankSide, grid: 
     # the gear cutter rotated by 180 deg, with its tips at the pinion root at the mean point
     turned = tool.axes @ np.diag([1.0, -1.0, -1.0])
     tool = generating.ToolPose(tool.centre - reach * tool.axes[:, 2], turned)
-    pose = generating.machine_pose(screw.point, screw.direction, *axis, tool)
-    machine = pose.machine(1.0 / screw.rate, -screw.pitch)
+    pose = generating.machine_pose((screw.point, screw.direction), axis, tool)
+    machine = replace(pose.settings, roll_ratio=1.0 / screw.rate, helical_motion_1=-screw.pitch)
     angle = cut.blade.blade_angle
     zero = pose.cutter_turn - gear.tool_angle
     depth = pair.blank.pinion.mean_dedendum * float(np.cos(pair.pinion.dedendum_angle))

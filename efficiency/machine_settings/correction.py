@@ -38,13 +38,8 @@ from ehl.common.units import parse_quantity
 Order = Literal[1, 2]
 
 # settings of every machine and their natural steps
-_FIRST = {
-    "machine_root_angle": ANGLE_STEP,
-    "radial_setting": LENGTH_STEP,
-    "sliding_base": LENGTH_STEP,
-    "blank_offset": LENGTH_STEP,
-    "machine_centre_to_back": LENGTH_STEP,
-}
+_LENGTHS = ("radial_setting", "sliding_base", "blank_offset", "machine_centre_to_back")
+_FIRST = {"machine_root_angle": ANGLE_STEP, **dict.fromkeys(_LENGTHS, LENGTH_STEP)}
 _SECOND = {"tilt": ANGLE_STEP, "swivel": ANGLE_STEP}
 # natural steps equal to one standard deviation of a point, standard deviation of the root [m], Newton iterations
 _STEPS, _ROOT, _ITERATIONS = 10.0, 20e-6, 3
@@ -109,14 +104,13 @@ class MachineCorrections(Reportable):
             *("deviation_rms", "deviation_max", "spiral_angle_error", "pressure_angle_error"),
             *("lengthwise_crowning", "profile_crowning", "twist"),
         )
-        deviations = Table(
-            ["flank", *(Column(name, label=name.replace("_", " "), decimals=2) for name in fields)],
-            [(f"{item.flank}, {item.part}", *(getattr(item, name) for name in fields)) for item in self.deviations],
-            "Deviation from nominal, positive for excess material",
-            self.notes,
-            name="deviations",
-            vertical=True,
-        )
+        heads: list[Column | str] = [
+            "flank",
+            *(Column(name, label=name.replace("_", " "), decimals=2) for name in fields),
+        ]
+        rows = [(f"{d.flank}, {d.part}", *(getattr(d, name) for name in fields)) for d in self.deviations]
+        title = "Deviation from nominal, positive for excess material"
+        deviations = Table(heads, rows, title, self.notes, name="deviations", vertical=True)
         head = Head(f"Machine corrections: {self.design}, {self.member}")
         return [Section("", [head, *tables, deviations])]
 
@@ -264,7 +258,7 @@ def _side(design: Design, member: Member, grid: PointGrid, error: float) -> _Sid
         stated = f"{design.name}: {member}.{side} without machine settings"
         raise InputError("design", stated, "a flank cut by cutter and machine")
     flank = cut.flank(side, blank)
-    measured = measured_flank(grid, side, blank, blank.hand, error, flank)
+    measured = measured_flank(grid, side, blank, error, flank)
     u = 0.5 * blank.face_width * measured.place[0]
     h = blank.height(u, 0.5 * (measured.place[1] + 1.0))
     points, _ = flank.solve(u, h)

@@ -67,12 +67,13 @@ def ease_off_table(target: FlankTarget, scale: float) -> Table:
 
 
 PinionFlanks = dict[FlankSide, CutFlank] | dict[FlankSide, Table]
+FittedFlanks = dict[FlankSide, FittedFlank]
 
 
 def _member(
     name: str, blank: MemberBlank, flanks: PinionFlanks, extra: Table, process: CuttingProcess
 ) -> list[tuple[str, Table]]:
-    tables: list[tuple[str, Table]] = [(name, extra), (f"{name}.blank", blank.design_table())]
+    tables: list[tuple[str, Table]] = [(name, extra), (f"{name}.blank", blank.cones.model_dump())]
     cut: dict[FlankSide, CutFlank] = {}
     for side, flank in flanks.items():
         if isinstance(flank, CutFlank):
@@ -114,7 +115,7 @@ def written_flank(flank: CutFlank, phase: float) -> CutFlank:
     return CutFlank(blade, flank.machine, flank.blank, start)
 
 
-def header(inputs: SettingsInput, fitted: dict[FlankSide, FittedFlank]) -> list[str]:
+def header(inputs: SettingsInput, fitted: FittedFlanks) -> list[str]:
     """Comment of a design file: origin and choices."""
     cutting, blank = inputs.cutting, inputs.blank
     conjugate = cutting.pinion == "conjugate"
@@ -154,11 +155,7 @@ def header(inputs: SettingsInput, fitted: dict[FlankSide, FittedFlank]) -> list[
 
 
 def design_text(
-    inputs: SettingsInput,
-    blank: PairBlank,
-    pinion: PinionFlanks,
-    gear: dict[FlankSide, CutFlank],
-    header: Iterable[str],
+    inputs: SettingsInput, blank: PairBlank, pinion: PinionFlanks, gear: dict[FlankSide, CutFlank], head: Iterable[str]
 ) -> str:
     """Text of the design file."""
     operation = inputs.operation
@@ -192,7 +189,7 @@ def design_text(
         for edge, relief in chosen.edge_relief:
             if relief is not None:
                 tables.append((f"{name}.edge_relief.{edge}", relief.model_dump()))
-    comment = "".join(f"# {line}".rstrip() + "\n" for line in header)
+    comment = "".join(f"# {line}".rstrip() + "\n" for line in head)
     return comment + "\n" + _tables(tables)
 
 

@@ -37,9 +37,8 @@ def _linearised(flank: CutFlank, y: FloatArray) -> tuple[FloatArray, FloatArray]
     by = np.moveaxis(slope[:, :3, 1:], 0, -1)
     outwards = (state[0] * by[0] + state[1] * by[1]) / radius
     c, s = np.cos(flank.blank.pitch_angle), np.sin(flank.blank.pitch_angle)
-    return np.stack(flank.blank.coordinates(radius, state[2])), np.stack(
-        [outwards * s + by[2] * c, outwards * c - by[2] * s]
-    )
+    rates = np.stack([outwards * s + by[2] * c, outwards * c - by[2] * s])
+    return np.stack(flank.blank.coordinates(radius, state[2])), rates
 
 
 @dataclass(frozen=True)
@@ -116,34 +115,28 @@ _STEP = 1e-30
 _MISSED = 0.1
 
 
+Part = Literal["machine", "blade", "phase"]
+
+
 @dataclass(frozen=True)
 class FitParameter:
     """A free setting: the part that contains it, its name there, and the size of a natural step."""
 
-    part: Literal["machine", "blade", "phase"]
+    part: Part
     name: str
     scale: float
 
 
-_STEPS: dict[str, tuple[Literal["machine", "blade", "phase"], float]] = {
-    "axis_x": ("machine", 0.01),
-    "axis_y": ("machine", 0.01),
-    "radial_setting": ("machine", 1e-3),
-    "blank_offset": ("machine", 1e-3),
-    "sliding_base": ("machine", 1e-3),
-    "machine_centre_to_back": ("machine", 1e-3),
-    "roll_ratio": ("machine", 0.02),
-    "modified_roll_2c": ("machine", 0.01),
-    "modified_roll_6d": ("machine", 0.02),
-    "helical_motion_1": ("machine", 1e-3),
-    "blade_angle": ("blade", 0.01),
-    "point_radius": ("blade", 1e-3),
-    "radius_offset": ("blade", 1e-3),
-    "eccentricity": ("blade", 1e-3),
-    "curvature": ("blade", 1.0),
-    "phase": ("phase", 0.01),
+_LENGTHS = ("radial_setting", "blank_offset", "sliding_base", "machine_centre_to_back", "helical_motion_1")
+_ROLLS = {"roll_ratio": 0.02, "modified_roll_2c": 0.01, "modified_roll_6d": 0.02}
+_RADII = dict.fromkeys(("point_radius", "radius_offset", "eccentricity"), 1e-3)
+# natural steps of the settings of each part [m], [rad]
+_STEPS: dict[Part, dict[str, float]] = {
+    "machine": {"axis_x": 0.01, "axis_y": 0.01, **dict.fromkeys(_LENGTHS, 1e-3), **_ROLLS},
+    "blade": {"blade_angle": 0.01, "curvature": 1.0, **_RADII},
+    "phase": {"phase": 0.01},
 }
-PARAMETERS = {name: FitParameter(part, name, scale) for name, (part, scale) in _STEPS.items()}
+PARAMETERS = {name: FitParameter(part, name, step) for part, own in _STEPS.items() for name, step in own.items()}
 
 
 @dataclass(frozen=True)
@@ -281,10 +274,8 @@ def _derivatives(
     columns = []
     for parameter in parameters:
         if parameter.part == "phase":
-            change, root = (
-                np.real(dot(facing, spin(point))),
-                np.zeros(0 if root_state is None else root_state.error.size),
-            )
+            change = np.real(dot(facing, spin(point)))
+            root = np.zeros(0 if root_state is None else root_state.error.size)
         else:
             change, root = motion(now.flank, parameter, facing, now.parameters, root_state)
         columns.append(np.concatenate([change * np.real(share), root]) * parameter.scale)

@@ -21,13 +21,8 @@ from efficiency.cutting.cutter import FLANK_SIDES, Blade, FlankSide
 from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.machine import GENERATIONS, Generation, MachineSettings, rotation
 from efficiency.cutting.process import PROCESSES, CuttingProcess
-from efficiency.machine_settings.generating import (
-    GeneratingScrew,
-    ToolPose,
-    generating_screw,
-    machine_pose,
-    share_of_root_angle,
-)
+from efficiency.machine_settings import generating
+from efficiency.machine_settings.generating import ToolPose
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError
 
@@ -39,53 +34,42 @@ class PairDimensions:
     blank: PairBlank  # its drive side is the concave pinion and convex gear flank
     assembly: Assembly  # position of the axes, aligned
     hand_gear: float  # +1 for a right-hand gear, -1 for a left-hand one
-
-    @property
-    def pinion(self) -> Blank:
-        """Blank of the pinion."""
-        return self.blank.pinion.cones
-
-    @property
-    def gear(self) -> Blank:
-        """Blank of the gear."""
-        return self.blank.gear.cones
-
-    @property
-    def process(self) -> CuttingProcess:
-        """Indexing of the head."""
-        return PROCESSES[self.blank.process]
-
-    @property
-    def generation(self) -> Generation:
-        """Generation of the gear profile."""
-        return GENERATIONS[self.blank.gear_cutting]
-
-    @property
-    def offset_angle(self) -> float:
-        """Azimuth of the mean point of the gear in the mesh frame [rad]."""
-        return self.hand_gear * self.blank.offset_angle
-
-    @property
-    def calculation_gear(self) -> float:
-        """Distance of the calculation point of the gear from the middle of the face towards the heel [m]."""
-        return -self.blank.gear.middle_shift
+    # blanks of the members
+    pinion: Blank
+    gear: Blank
+    process: CuttingProcess  # indexing of the head
+    generation: Generation  # generation of the gear profile
+    offset_angle: float  # azimuth of the mean point of the gear in the mesh frame [rad]
+    # calculation point of the gear [m]: distance from the middle of the face towards the heel; radius, axial position
+    calculation_gear: float
+    point_gear: tuple[float, float]
+    slot_angle: float  # angular width of a gear slot at that point [rad]
 
     def pressure(self, side: FlankSide) -> float:
         """Normal pressure angle of a gear flank [rad]."""
         return self.blank.pressure_angle_coast if side == "concave" else self.blank.pressure_angle_drive
 
-    @property
-    def point_gear(self) -> tuple[float, float]:
-        """Radius and axial position of the calculation point of the gear [m]."""
-        radius, z = self.gear.axial(np.array([self.calculation_gear]), np.zeros(1))
-        return float(radius[0]), float(z[0])
 
-    @property
-    def slot_angle(self) -> float:
-        """Angular width of a gear slot at the calculation point [rad]."""
-        radius = self.point_gear[0]
-        thickness = self.blank.gear.mean_normal_thickness
-        return float(2.0 * np.pi / self.gear.teeth - thickness / (radius * np.cos(self.blank.gear.mean_spiral_angle)))
+def pair_dimensions(blank: PairBlank) -> PairDimensions:
+    """Dimensions of a pair from its blank."""
+    hand = 1.0 if blank.gear.hand == "right" else -1.0
+    assembly = Assembly(blank.pinion.teeth, blank.gear.teeth, blank.shaft_angle, hand * blank.hypoid_offset)
+    gear, shift = blank.gear.cones, -blank.gear.middle_shift
+    radius, z = (float(x[0]) for x in gear.axial(np.array([shift]), np.zeros(1)))
+    tooth = blank.gear.mean_normal_thickness / (radius * np.cos(blank.gear.mean_spiral_angle))
+    return PairDimensions(
+        blank,
+        assembly,
+        hand,
+        pinion=blank.pinion.cones,
+        gear=gear,
+        process=PROCESSES[blank.process],
+        generation=GENERATIONS[blank.gear_cutting],
+        offset_angle=hand * blank.offset_angle,
+        calculation_gear=shift,
+        point_gear=(radius, z),
+        slot_angle=float(2.0 * np.pi / gear.teeth - tooth),
+    )
 
 
 @dataclass(frozen=True)
@@ -95,7 +79,7 @@ class GearCut:
     concave: CutFlank
     convex: CutFlank
     tool: ToolPose  # cutter in the mesh frame at the design point
-    screw: GeneratingScrew  # cradle of the generating gear; the gear itself for a Formate gear
+    screw: generating.GeneratingScrew  # cradle of the generating gear; the gear itself for a Formate gear
     tool_angle: float  # cutter angle of the mean point in the axes of `tool` [rad]
     cutter_turn: float  # difference of the cutter angle of the gear machine from that in the axes of `tool` [rad]
     rotation: float  # azimuth of the work frame of the gear in the mesh frame at the design point [rad]
@@ -139,9 +123,11 @@ def _cut(
     placed = tool.turned(rotation(pair.offset_angle))
     if pair.generation.rolls:
         root = pair.gear.pitch_angle - pair.gear.dedendum_angle
-        screw = generating_screw(pair.assembly, share_of_root_angle(pair.assembly, root))
-        pose = machine_pose(screw.point, -screw.direction, np.zeros(3), np.array([0.0, 0.0, 1.0]), placed)
-        machine = pose.machine(-pair.assembly.ratio / screw.rate, -screw.pitch)
+        screw = generating.generating_screw(pair.assembly, generating.share_of_root_angle(pair.assembly, root))
+        pose = generating.machine_pose(
+            (screw.point, -screw.direction), (np.zeros(3), np.array([0.0, 0.0, 1.0])), placed
+        )
+        machine = replace(pose.settings, roll_ratio=-pair.assembly.ratio / screw.rate, helical_motion_1=-screw.pitch)
         cutter_turn, facing = pose.cutter_turn, pose.work_direction
         azimuth = float(np.arctan2(facing[1], facing[0]))
     else:
@@ -159,7 +145,7 @@ def _cut(
             machine_centre_to_back=to_back,
             generation=pair.generation,
         )
-        screw, cutter_turn, azimuth = generating_screw(pair.assembly, 0.0), 0.0, pair.offset_angle
+        screw, cutter_turn, azimuth = generating.generating_screw(pair.assembly, 0.0), 0.0, pair.offset_angle
     concave, convex = (CutFlank(blade, machine, pair.gear, angle + cutter_turn) for blade in blades)
     return GearCut(concave, convex, placed, screw, angle, cutter_turn, azimuth)
 
@@ -191,12 +177,13 @@ def _milled(pair: PairDimensions) -> GearCut:
     """Point radii, blade angles and cutter position by Newton's method for the calculation point of both flanks."""
     depth, radius, mean_spiral = pair.blank.gear.mean_dedendum, pair.point_gear[0], pair.blank.gear.mean_spiral_angle
     place = np.array([pair.calculation_gear]), np.zeros(1)
-    width = pair.slot_angle * radius * np.cos(mean_spiral)
-    width -= depth * (np.tan(pair.pressure("concave")) + np.tan(pair.pressure("convex")))
+    alphas = [pair.pressure(side) for side in FLANK_SIDES]
+    wanted = np.array([pair.slot_angle * radius, *alphas, mean_spiral, pair.blank.cutter_radius])
+    width = pair.slot_angle * radius * np.cos(mean_spiral) - depth * np.tan(alphas).sum()
     scale = np.array([1e-3, 1e-3, 0.01, 0.01, 1e-3])
     taper = pair.gear.dedendum_angle * np.sin(mean_spiral) * pair.generation.rolls
     radii = pair.blank.cutter_radius + 0.5 * width, pair.blank.cutter_radius - 0.5 * width
-    x = np.array([*radii, pair.pressure("concave") - taper, pair.pressure("convex") + taper, 0.0])
+    x = np.array([*radii, alphas[0] - taper, alphas[1] + taper, 0.0])
 
     def cut(x: FloatArray) -> GearCut:
         tool, angle = _tool(pair, float(x[4]))
@@ -204,29 +191,19 @@ def _milled(pair: PairDimensions) -> GearCut:
         return _cut(pair, tool, angle, blades)
 
     def excess(x: FloatArray) -> FloatArray:
-        azimuth, spiral, pressure = [], [], []
-        made = cut(x)
+        azimuth, spiral, pressure, made = [], [], [], cut(x)
         for side in FLANK_SIDES:
             points, found = made.flank(side).solve(*place)
             if not found.all():
                 raise ConvergenceError("gear_settings", f"the {side} gear flank does not reach its calculation point")
             azimuth.append(float(points.azimuth[0]))
             # spiral angle, positive for the hand of the member
-            normal, c, s = points.normal[:, 0], np.cos(azimuth[-1]), np.sin(azimuth[-1])
-            outwards, around = normal[0] * c + normal[1] * s, normal[1] * c - normal[0] * s
-            along = outwards * np.sin(pair.gear.pitch_angle) + normal[2] * np.cos(pair.gear.pitch_angle)
-            spiral.append(-pair.hand_gear * float(np.arctan(along / around)))
+            turn = radius * float(points.winding(pair.gear.pitch_angle)[0])
+            spiral.append(pair.hand_gear * float(np.arctan(turn)))
             pressure.append(float(points.angles(pair.gear.pitch_angle)[1][0]))
         slot = np.angle(np.exp(1j * (azimuth[1] - azimuth[0]))) * pair.hand_gear
-        return np.array(
-            [
-                (slot - pair.slot_angle) * radius / 1e-3,
-                (pressure[0] - pair.pressure("concave")) / 0.01,
-                (pressure[1] - pair.pressure("convex")) / 0.01,
-                (0.5 * (spiral[0] + spiral[1]) - mean_spiral) / 0.01,
-                (0.5 * (x[0] + x[1]) - pair.blank.cutter_radius) / 1e-3,
-            ]
-        )
+        made_to = np.array([slot * radius, *pressure, 0.5 * (spiral[0] + spiral[1]), 0.5 * (x[0] + x[1])])
+        return np.asarray((made_to - wanted) / np.array([1e-3, 0.01, 0.01, 0.01, 1e-3]))
 
     for _ in range(8):
         value = excess(x)
@@ -249,10 +226,3 @@ GEAR_CUTS: dict[str, Callable[[PairDimensions], GearCut]] = {
     "face_hobbing": _hobbed,
     "two_part_face_hobbing": _hobbed,
 }
-
-
-def pair_dimensions(blank: PairBlank) -> PairDimensions:
-    """Dimensions of a pair from its blank."""
-    hand = 1.0 if blank.gear.hand == "right" else -1.0
-    assembly = Assembly(blank.pinion.teeth, blank.gear.teeth, blank.shaft_angle, hand * blank.hypoid_offset)
-    return PairDimensions(blank, assembly, hand)

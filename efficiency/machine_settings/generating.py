@@ -23,6 +23,9 @@ from efficiency.cutting.machine import MachineSettings
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 
+Line = tuple[FloatArray, FloatArray]
+"""A point [m] and the direction of a line, (3,) each."""
+
 
 @dataclass(frozen=True)
 class GeneratingScrew:
@@ -79,10 +82,6 @@ class MachinePose:
     cutter_turn: float  # difference of the cutter angle of the machine from that in the pose
     work_direction: FloatArray  # direction of the x axis of the work frame before rotation
 
-    def machine(self, roll_ratio: float, helical_motion_1: float) -> MachineSettings:
-        """The settings with a roll ratio and helical motion [m/rad]."""
-        return replace(self.settings, roll_ratio=roll_ratio, helical_motion_1=helical_motion_1)
-
 
 def work_facing(cradle_direction: FloatArray, work_direction: FloatArray) -> FloatArray:
     """Direction of the x axis of the work frame: normal to the work axis, in its plane with the cradle axis."""
@@ -91,33 +90,28 @@ def work_facing(cradle_direction: FloatArray, work_direction: FloatArray) -> Flo
     return np.asarray(sine * ((work_direction - sine * cradle_direction) / cosine) - cosine * cradle_direction)
 
 
-def machine_pose(
-    cradle_point: FloatArray,
-    cradle_direction: FloatArray,
-    work_point: FloatArray,
-    work_direction: FloatArray,
-    tool: ToolPose,
-) -> MachinePose:
+def machine_pose(cradle: Line, work: Line, tool: ToolPose) -> MachinePose:
     """Settings of a hypoid generator from the lines of cradle and work axis and the pose of the cutter.
 
     The machine centre is the projection of the tip-plane centre on the cradle axis; only this choice places the
     tip-plane centre in the machine plane.
 
-    cradle_point, cradle_direction (3,): axis of the cradle, the direction into the blank.
-    work_point, work_direction (3,): origin of the work frame and its axis from apex to heel.
+    cradle: axis of the cradle, the direction into the blank.
+    work: origin of the work frame and its axis from apex to heel.
     tool: cutter, in the same frame.
     """
+    (cradle_point, cradle_direction), (work_point, work_direction) = cradle, work
     sine = float(cradle_direction @ work_direction)
     cosine = float(np.sqrt(1.0 - sine * sine))
     x = (work_direction - sine * cradle_direction) / cosine
     machine = np.stack([x, np.cross(cradle_direction, x), cradle_direction])
     centre = cradle_point + ((tool.centre - cradle_point) @ cradle_direction) * cradle_direction
     cutter = machine @ (tool.centre - centre)
-    work = machine @ (work_point - centre)
+    place = machine @ (work_point - centre)
     axes = machine @ tool.axes
     tilt = float(np.arctan2(np.hypot(axes[0, 2], axes[1, 2]), axes[2, 2]))
     swivel = float(np.arctan2(axes[1, 2], axes[0, 2])) if tilt > 1e-12 else 0.0
-    to_back = float(work[0] / cosine)
+    to_back = float(place[0] / cosine)
     settings = MachineSettings(
         radial_setting=float(np.hypot(cutter[0], cutter[1])),
         cradle_angle=float(np.arctan2(cutter[1], cutter[0])),
@@ -125,8 +119,8 @@ def machine_pose(
         roll_ratio=1.0,
         tilt=tilt,
         swivel=swivel,
-        blank_offset=float(-work[1]),
-        sliding_base=float(work[2] - to_back * sine),
+        blank_offset=float(-place[1]),
+        sliding_base=float(place[2] - to_back * sine),
         machine_centre_to_back=to_back,
     )
     left = settings.cutter_axes.T @ axes

@@ -139,24 +139,18 @@ class SettingsInput(InputModel):
     @model_validator(mode="after")
     def _one_way_of_cutting(self) -> Self:
         if self.blank.gear_cutting not in (None, self.cutting.gear):
-            raise InputError(
-                "cutting.gear",
-                self.cutting.gear,
-                f"{self.blank.gear_cutting}, the gear_cutting of the blank",
-                "Change one of both, or omit gear_cutting in the blank.",
-            )
+            allowed = f"{self.blank.gear_cutting}, the gear_cutting of the blank"
+            hint = "Change one of both, or omit gear_cutting in the blank."
+            raise InputError("cutting.gear", self.cutting.gear, allowed, hint)
         if value := self.cutting.gear_eccentricity:
             if "eccentricity" not in PROCESSES[self.blank.process].cutter.model_fields:
                 allowed = "no value: only a two-part head has eccentric axes"
                 raise InputError("cutting.gear_eccentricity", f"{value * 1e3:.4g} mm", allowed)
             check_eccentricity(value, self.blank.cutter_radius, field="cutting.gear_eccentricity")
-        if self.blank.inside_blade_angle_gear is not None:
-            raise InputError(
-                "blank.inside_blade_angle_gear",
-                f"{degrees(self.blank.inside_blade_angle_gear):.6g} deg",
-                "no value, because the settings keep the cutter axis normal to the root cone",
-                "The blade angles then follow from the pressure angles; omit it.",
-            )
+        if (angle := self.blank.inside_blade_angle_gear) is not None:
+            allowed = "no value, because the settings keep the cutter axis normal to the root cone"
+            hint = "The blade angles then follow from the pressure angles; omit it."
+            raise InputError("blank.inside_blade_angle_gear", f"{degrees(angle):.6g} deg", allowed, hint)
         return self
 
     @model_validator(mode="after")

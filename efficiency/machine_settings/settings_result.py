@@ -131,43 +131,29 @@ def _settings(result: SettingsResult) -> Table:
             columns[f"{member} {side}"] = {name: value for table in given.values() for name, value in table.items()}
     names = dict.fromkeys(name for values in columns.values() for name in values)
     used = [name for name in names if any(values.get(name) not in (None, 0.0) for values in columns.values())]
-    return Table(
-        ["flank", *(Column(name, label=name.replace("_", " "), digits=6) for name in used)],
-        [(flank, *(values.get(name) for name in used)) for flank, values in columns.items()],
-        result.design.name,
-        name="settings",
-        vertical=True,
-    )
+    heads: list[Column | str] = ["flank", *(Column(name, label=name.replace("_", " "), digits=6) for name in used)]
+    rows = [(flank, *(values.get(name) for name in used)) for flank, values in columns.items()]
+    return Table(heads, rows, result.design.name, name="settings", vertical=True)
 
 
 def _fit(result: SettingsResult) -> Table:
     places = ("toe", "middle", "heel")
     rows = []
     for flank in result.flanks:
-        fitted = flank.fitted
+        fitted, missing = flank.fitted, len(flank.undercut)
         root = list(fitted.root_error) or [None] * len(places)
-        missing = len(flank.undercut)
-        rows.append(
-            (flank.side, fitted.rms, fitted.largest, missing, fitted.found.size, *root, flank.transmission_error)
-        )
-    return Table(
-        [
-            "pinion flank",
-            "residual_rms",
-            "residual_max",
-            Column("undercut_points", label="undercut points"),
-            Column("points", label="points of the grid"),
-            *(Column(f"root_error_{place}", of="root_error", label=f"root error, {place}") for place in places),
-            "transmission_error",
-        ],
-        rows,
-        "fit",
-        [
-            *(f"warning: {warning}" for warning in result.warnings),
-            f"{result.status}, {result.iterations} iterations, {result.seconds:.2f} s",
-        ],
-        vertical=True,
-    )
+        found = fitted.rms, fitted.largest, missing, fitted.found.size
+        rows.append((flank.side, *found, *root, flank.transmission_error))
+    heads: list[Column | str] = [
+        *("pinion flank", "residual_rms", "residual_max"),
+        Column("undercut_points", label="undercut points"),
+        Column("points", label="points of the grid"),
+        *(Column(f"root_error_{place}", of="root_error", label=f"root error, {place}") for place in places),
+        "transmission_error",
+    ]
+    ended = f"{result.status}, {result.iterations} iterations, {result.seconds:.2f} s"
+    notes = [*(f"warning: {warning}" for warning in result.warnings), ended]
+    return Table(heads, rows, "fit", notes, vertical=True)
 
 
 def _map(flank: FlankFit) -> Table:
@@ -178,19 +164,14 @@ def _map(flank: FlankFit) -> Table:
     u, depth = flank.grid.u.reshape(shape)[0], 0.5 * (flank.grid.y.reshape(shape)[:, 0] + 1.0)
     picked = range(0, along, 2)
     at = [f"{quantity('gear_u').to_display(float(u[k])):.1f}" for k in picked]
-    return Table(
-        [
-            Column("depth", of="pattern_depth", label="depth", decimals=2),
-            *(Column(f"at {text} mm", of="residual_max", label=f"{text} mm", decimals=1) for text in at),
-        ],
-        [
-            (depth[row], *(residual[row, k] if found[row, k] else "undercut" for k in picked))
-            for row in reversed(range(deep))
-        ],
+    heads = [Column("depth", of="pattern_depth", label="depth", decimals=2)]
+    heads += [Column(f"at {text} mm", of="residual_max", label=f"{text} mm", decimals=1) for text in at]
+    levels = reversed(range(deep))
+    rows = [(depth[i], *(residual[i, k] if found[i, k] else "undercut" for k in picked)) for i in levels]
+    title = (
         f"residual of the {flank.side} pinion flank over the gear flank; columns: distance from the mean point to the "
-        "heel; depth: 0 root, 1 tip",
-        name=f"residual {flank.side}",
     )
+    return Table(heads, rows, f"{title}heel; depth: 0 root, 1 tip", name=f"residual {flank.side}")
 
 
 # largest undercut fraction of the points of a flank, or of the working depth of the gear, in a usable pair (this work)

@@ -17,18 +17,19 @@ from efficiency.cutting.cutter import FLANK_SIDES, FlankSide
 from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.process import MODIFIED, MOTIONS, PLAIN, PROCESSES
 from efficiency.design.design import Design
-from efficiency.machine_settings import conjugate
-from efficiency.machine_settings.design_file import PinionFlanks, design_text, ease_off_table, header, written_flank
+from efficiency.machine_settings import conjugate, settings_result
+from efficiency.machine_settings.design_file import (
+    FittedFlanks,
+    PinionFlanks,
+    design_text,
+    ease_off_table,
+    header,
+    written_flank,
+)
 from efficiency.machine_settings.fit import PARAMETERS, FitResult, FittedFlank, FreeSettings, fit, measure
 from efficiency.machine_settings.gear import GearCut, PairDimensions, cut_gear, pair_dimensions
 from efficiency.machine_settings.inputs import Cutting, FlankTarget, MemberTargets, SettingsInput, Targets, load_targets
-from efficiency.machine_settings.settings_result import (
-    RESIDUAL_LIMIT,
-    FlankFit,
-    SettingsResult,
-    tip_findings,
-    undercut_findings,
-)
+from efficiency.machine_settings.settings_result import RESIDUAL_LIMIT, FlankFit, SettingsResult
 from ehl.common.errors import ConvergenceError
 from ehl.common.threads import one_thread
 from ehl.common.validation import validate
@@ -104,8 +105,8 @@ def machine_settings(inputs: SettingsInput | Path | str, transmission: bool = Tr
         scale = {side: scale[side] * off.get(side, 1.0) for side in FLANK_SIDES}
 
     reports = {side: FlankFit(side, grid, fitted[side], mesh[side]) for side in FLANK_SIDES}
-    findings = tip_findings(design.flanks(), pair.blank.module_normal)
-    findings += undercut_findings(tuple(reports.values()), grid.lowest)
+    findings = settings_result.tip_findings(design.flanks(), pair.blank.module_normal)
+    findings += settings_result.undercut_findings(tuple(reports.values()), grid.lowest)
     warnings = (*(text for _, text in findings), *_warnings(pair.blank, reports, transmission))
     if inputs.cutting.pinion == "conjugate":
         warnings = ("pinion: flanks defined as conjugate plus ease-off, without machine settings", *warnings)
@@ -222,12 +223,9 @@ def _uncut(pair: PairDimensions, start: conjugate.ConjugateFlankStart) -> Fitted
 
 
 def _design(
-    inputs: SettingsInput,
-    pair: PairDimensions,
-    gear: GearCut,
-    fitted: dict[FlankSide, FittedFlank],
-    scale: dict[FlankSide, float],
+    inputs: SettingsInput, pair: PairDimensions, gear: GearCut, fitted: FittedFlanks, scale: dict[FlankSide, float]
 ) -> tuple[str, Design]:
+    """Text and content of the design file."""
     cut_flanks: dict[FlankSide, CutFlank] = {side: written_flank(gear.flank(side), 0.0) for side in FLANK_SIDES}
     pinion: PinionFlanks
     if inputs.cutting.pinion == "conjugate":
@@ -258,16 +256,12 @@ def _warnings(blank: PairBlank, reports: dict[FlankSide, FlankFit], transmission
     out = []
     for side, report in reports.items():
         if report.fitted.rms > RESIDUAL_LIMIT:
-            out.append(
-                f"{side}: residual {report.fitted.rms * 1e6:.2f} um rms, above {RESIDUAL_LIMIT * 1e6:g}; {_WAYS_OUT}"
-            )
-        error = report.fitted.root_error
-        clearance = blank.clearance_pinion
-        if error.size and np.abs(error).max() > 0.5 * clearance:
-            out.append(
-                f"{side}: root error {np.abs(error).max() * 1e3:.2f} mm, more than half the clearance of "
-                f"{clearance * 1e3:.2f} mm"
-            )
+            residual = f"residual {report.fitted.rms * 1e6:.2f} um rms"
+            out.append(f"{side}: {residual}, above {RESIDUAL_LIMIT * 1e6:g}; {_WAYS_OUT}")
+        root, clearance = float(np.abs(report.fitted.root_error).max(initial=0.0)), blank.clearance_pinion
+        if root > 0.5 * clearance:
+            limit = f"more than half the clearance of {clearance * 1e3:.2f} mm"
+            out.append(f"{side}: root error {root * 1e3:.2f} mm, {limit}")
         if report.transmission is None:
             if transmission:
                 out.append(f"{side}: no unloaded transmission error, because the flanks do not mesh over the whole map")

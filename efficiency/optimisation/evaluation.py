@@ -18,14 +18,7 @@ from efficiency.loss.power_loss import loss_of
 from efficiency.machine_settings.inputs import SettingsInput
 from efficiency.machine_settings.settings_result import SettingsResult
 from efficiency.machine_settings.solve import machine_settings
-from efficiency.optimisation.problem import (
-    EDGE_FREE,
-    START,
-    SearchProblem,
-    as_made,
-    state_text,
-    with_values,
-)
+from efficiency.optimisation.problem import EDGE_FREE, START, SearchProblem, as_made, state_text, with_values
 from efficiency.pair import GearPair
 from ehl import __version__
 from ehl.common.data import data_path
@@ -35,6 +28,7 @@ from ehl.common.runner import Executor, run_tasks
 
 _ROOT = ("root_stress_pinion", "root_stress_gear")
 _LOSS = "power_loss"
+Grid = tuple[int, int]
 
 
 @dataclass(frozen=True)
@@ -75,7 +69,7 @@ class EvaluationTask:
     problem: SearchProblem
     values: dict[str, float]  # values of the variables; empty for the start
     states: tuple[dict[str, float], ...]  # misalignments and manufacturing errors of the ease-off
-    grid: tuple[int, int]  # positions and points per line
+    grid: Grid  # positions and points per line
     bodies: str = ""  # design (JSON) that provides elastic bodies and roots; empty for those of the point
     accepted: str = "converged"  # status of the settings of the start, accepted in addition to ``converged``
     solved: str = ""  # friction model that checks the loss of the aligned pair; empty for no check
@@ -177,9 +171,7 @@ def over_states(found: list[dict[str, float]], problem: SearchProblem) -> dict[s
     return {name: float((loss if name == _LOSS else np.max)([figures[name] for figures in found])) for name in found[0]}
 
 
-def state_figures(
-    pair: GearPair, problem: SearchProblem, state: Mapping[str, float], grid: tuple[int, int]
-) -> dict[str, float]:
+def state_figures(pair: GearPair, problem: SearchProblem, state: Mapping[str, float], grid: Grid) -> dict[str, float]:
     """Figures of a pair over the duty in one state: mean loss [W], worst of the others."""
     results = duty_results(pair, problem, state, grid)
     worst = {name: max(_figure(result, name) for result in results) for name in problem.figures if name != _LOSS}
@@ -187,11 +179,7 @@ def state_figures(
 
 
 def duty_results(
-    pair: GearPair,
-    problem: SearchProblem,
-    state: Mapping[str, float],
-    grid: tuple[int, int],
-    friction: str | None = None,
+    pair: GearPair, problem: SearchProblem, state: Mapping[str, float], grid: Grid, friction: str | None = None
 ) -> list[EfficiencyResult]:
     """Results of all operating points in one state; raises `ConvergenceError` if one has no result."""
     model = resolve_friction(friction or problem.friction, pair.design)

@@ -20,20 +20,13 @@ from efficiency.conditions.duty import DutyRow, read_duty
 from efficiency.loss.ehl_friction import ehl_friction
 from efficiency.machine_settings.inputs import SettingsInput, load_targets, targets_next_to
 from efficiency.machine_settings.settings_result import SettingsResult
+from efficiency.optimisation import evaluation
 from efficiency.optimisation import problem as search_problem
 from efficiency.optimisation.check import Correction, Evaluate, check_best, check_front, check_solved, gain_split
-from efficiency.optimisation.evaluation import (
-    Evaluation,
-    EvaluationTask,
-    allowed_of,
-    evaluate_all,
-    missing_roots,
-    over_states,
-    settings_of,
-)
+from efficiency.optimisation.evaluation import Evaluation, EvaluationTask
 from efficiency.optimisation.load_sizing import BOX, sized_for_load
 from efficiency.optimisation.result import Candidate, Optimisation, best_of
-from efficiency.optimisation.surrogate import Processes, first_points, next_points, table_of, transformed
+from efficiency.optimisation.surrogate import Processes, first_points, table_of, transformed
 from efficiency.pair import GearPair
 from ehl import __version__
 from ehl.common.arrays import finite_or_none
@@ -187,14 +180,16 @@ def optimise(
         report_progress("evaluations", min(done, total), total)
 
     with progress_to(progress), cluster(dask) as workers, Journal(path, field="output") as journal:
-        evaluate = partial(evaluate_all, executor=workers or local_executor(jobs), journal=journal, done=step)
+        evaluate = partial(
+            evaluation.evaluate_all, executor=workers or local_executor(jobs), journal=journal, done=step
+        )
         if path is not None:
             content = {"version": __version__, **asdict(problem), "start": problem.start.model_dump()}
             content |= {"evaluations": evaluations, "batch": batch, "seed": seed}
             text = json.dumps(finite_or_none(content), indent=1) + "\n"
             write_file(path.with_name("problem.json"), text, "output")
         problem, first, states, task, notes = _begin(problem, evaluate, default=limits is None)
-        allowed = allowed_of(problem, first)
+        allowed = evaluation.allowed_of(problem, first)
         correction, points = Correction(problem, allowed), [first]
         candidates: tuple[Candidate, ...] = ()
         for share in _CHECK_AT if check else ():
@@ -244,13 +239,11 @@ def load_start(name: Path | str) -> SettingsInput:
     own = targets_next_to(path)
     if own.is_file():
         return load_targets(own)
-    raise InputError(
-        "targets",
-        str(name),
-        "a targets file (blank, [cutting], [targets]); a design file does not contain the intended ease-off",
+    allowed = "a targets file (blank, [cutting], [targets]); a design file does not contain the intended ease-off"
+    hint = (
         f"Write its blank and ease-off in the format of data/targets to {own.name} in the same folder, or start from "
-        "shipped targets by name.",
     )
+    raise InputError("targets", str(name), allowed, f"{hint}shipped targets by name.")
 
 
 def make_problem(
@@ -309,7 +302,7 @@ def _begin(
     problem: search_problem.SearchProblem, evaluate: Evaluate, *, default: bool
 ) -> tuple[search_problem.SearchProblem, Evaluation, tuple[dict[str, float], ...], EvaluationTask, list[str]]:
     """The start in all states, the states of the search, the template of its tasks, and notes."""
-    made = settings_of(problem, {})
+    made = evaluation.settings_of(problem, {})
     pair = GearPair(made.design)
     model = resolve_friction(problem.friction, made.design)
     if model.solves_contacts:
@@ -331,7 +324,7 @@ def _begin(
         order = sorted(range(1, len(states)), key=lambda k: each[k].figures[name])
         states = states[0], states[order[-1]], states[order[0]]
     task = replace(task, problem=problem, states=states)
-    figures = over_states(
+    figures = evaluation.over_states(
         [found.figures for state, found in zip(problem.states, each, strict=True) if state in states], problem
     )
     first = Evaluation(task.key, problem.start_values, figures, notes=made.warnings)
@@ -350,7 +343,7 @@ def _with_data(
     missing = [name for name in problem.figures if not math.isfinite(start.figures[name])]
     notes = []
     for name in missing:
-        reason = missing_roots(pair, problem) if name.startswith("root_stress") else ""
+        reason = evaluation.missing_roots(pair, problem) if name.startswith("root_stress") else ""
         if name in problem.objectives or not default:
             kind = "objective" if name in problem.objectives else "limit"
             remedy = "Give the tooth a root (larger edge radius or slot), or omit the figure."
@@ -373,7 +366,7 @@ def _search(
     problem, bounds = task.problem, correction.limits
     names, dimension = problem.figures, len(problem.variables)
     limits = np.array([transformed(name, np.array([bounds.get(name, math.inf)]))[0] for name in names])
-    processes, refit_at = Processes(dimension, len(names)), 0
+    processes, refit_at = Processes(dimension, limits, len(problem.objectives), seed), 0
     points = list(points)
     while len(points) < evaluations:
         left, known = evaluations - len(points), [e for e in points if not e.reason]
@@ -385,17 +378,11 @@ def _search(
         else:
             scales = len(points) > refit_at
             refit_at = len(points) - 1 + _REFIT if scales else refit_at
-            proposed = next_points(
-                problem.places_of([e.variables for e in known]),
-                table_of([correction(e).figures for e in known], names),
-                problem.places_of([e.variables for e in points if e.reason]),
-                limits,
-                len(problem.objectives),
-                processes,
-                count=min(batch, left),
-                number=len(points) - 1,
-                seed=seed,
-                scales=scales,
+            figures = table_of([correction(e).figures for e in known], names)
+            made, failed = (
+                problem.places_of([e.variables for e in of]) for of in (known, [e for e in points if e.reason])
             )
+            number, count = len(points) - 1, min(batch, left)
+            proposed = processes.next_points(made, figures, failed, count=count, number=number, scales=scales)
         points += evaluate([replace(task, values=problem.values_at(place)) for place in proposed])
     return points

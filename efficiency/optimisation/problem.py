@@ -153,18 +153,13 @@ def variables_of(
     """
     named = dict.fromkeys(given) | dict(given if isinstance(given, Mapping) else {}) if given else {"ease_off": None}
     names: dict[str, Any] = {}
+    ease_off = [*_DEFAULT, *(edge for edge in _EDGES if _reliefs(start, edge))]
+    of_blank = [n for n in _BLANK if n not in _PACKAGE and _stated(start, n)]
+    groups = dict(zip(GROUPS, (ease_off, of_blank), strict=True))
     for name, bounds in named.items():
         if name in GROUPS and bounds is not None:
             raise InputError(name, bounds, "no bounds, because it is a group of variables", "List single variables.")
-        ease_off = (*_DEFAULT, *(edge for edge in _EDGES if _reliefs(start, edge)))
-        group = (
-            ease_off
-            if name == "ease_off"
-            else [n for n in _BLANK if n not in _PACKAGE and _stated(start, n)]
-            if name == "blank"
-            else [name]
-        )
-        names |= {one: named.get(one) if one in named else bounds for one in group}
+        names |= {one: named.get(one) if one in named else bounds for one in groups.get(name, [name])}
     found: list[Variable] = []
     taken: dict[str, str] = {}
     for name, bounds in names.items():
@@ -209,9 +204,8 @@ def _blank_value(start: SettingsInput, name: str) -> float:
     value = _stated(start, name)
     if not value:
         _, key = _blank_place(start, name)
-        raise InputError(
-            "variable", name, "a value that the blank states", f"Give {key} in the blank, or omit the variable."
-        )
+        hint = f"Give {key} in the blank, or omit the variable."
+        raise InputError("variable", name, "a value that the blank states", hint)
     return float(value)
 
 
@@ -297,11 +291,9 @@ def with_values(start: SettingsInput, values: Mapping[str, float], flanks: Flank
     """The targets with the variables at these values."""
     targets = start.targets
     own = {key: value for n, value in values.items() if n in _TARGETS for key in _TARGETS[n][0]}
-    changed: dict[str, Any] = (
-        {side: getattr(targets, side).model_copy(update={**own, "transmission_error": None}) for side in _sides(flanks)}
-        if own
-        else {}
-    )
+    changed: dict[str, Any] = {}
+    for side in _sides(flanks) if own else ():
+        changed[side] = getattr(targets, side).model_copy(update={**own, "transmission_error": None})
     inner: dict[str, dict[str, float]] = {}
     for variable, value in values.items():
         if variable in _BLANK:

@@ -201,18 +201,11 @@ def evaluations_table(result: Optimisation) -> Table:
         excess = point.excess(result.allowed).items()
         return ", ".join(f"{quantities()[name].label} {change_text(share)}" for name, share in excess)
 
-    rows = [
-        (
-            number,
-            *(point.variables[name] for name in variables),
-            *(point.figures.get(name, math.nan) for name in names),
-            state_of(point, result.allowed),
-            point.key in front,
-            point.reason or exceeded(point),
-            point.seconds,
-        )
-        for number, point in enumerate(result.evaluations)
-    ]
+    rows = []
+    for number, p in enumerate(result.evaluations):
+        values = *(p.variables[name] for name in variables), *(p.figures.get(name, math.nan) for name in names)
+        found = state_of(p, result.allowed), p.key in front, p.reason or exceeded(p)
+        rows.append((number, *values, *found, p.seconds))
     columns: list[Column | str] = ["number", *map(_variable, variables), *names, "status", "front", "reason", "seconds"]
     return Table(columns, rows, name="evaluations")
 
@@ -223,34 +216,25 @@ def front_table(result: Optimisation) -> Table:
     names = result.problem.figures
     checked = {candidate.point.key: candidate.name for candidate in result.candidates}
     start = result.start.figures
-    rows = [
-        (
-            checked.get(point.key, ""),
-            point.figures["power_loss"] / start["power_loss"] - 1.0 if "power_loss" in start else math.nan,
-            *(point.figures[name] for name in names),
-            *(point.variables[name] for name in variables),
-        )
-        for point in result.front
-    ]
-    return Table(
-        (Column("design", label="checked as"), "loss_change", *names, *map(_variable, variables)),
-        rows,
-        title="Pareto front of the search on its coarse mesh: no point within the limits is better in all objectives.",
-        name="pareto",
-    )
+    rows = []
+    for point in result.front:
+        loss = point.figures["power_loss"] / start["power_loss"] - 1.0 if "power_loss" in start else math.nan
+        values = *(point.figures[name] for name in names), *(point.variables[name] for name in variables)
+        rows.append((checked.get(point.key, ""), loss, *values))
+    heads: list[Column | str] = [Column("design", label="checked as"), "loss_change", *names]
+    title = "Pareto front of the search on its coarse mesh: no point within the limits is better in all objectives."
+    return Table([*heads, *map(_variable, variables)], rows, title, name="pareto")
 
 
 def candidates_table(result: Optimisation) -> Table:
     """Start and checked points on the full mesh in all states, one column each."""
     names, variables = result.problem.figures, [v.name for v in result.problem.variables]
     unknown = math.nan, math.nan
-    checked = [
-        (f"{result.name} (start)", 0.0, unknown, unknown, c.start.figures, result.problem.start_values, "")
-        for c in result.candidates[:1]
-    ] + [
-        (c.name, c.change("power_loss"), c.gain_interval, c.solved_gain, c.exact.figures, c.point.variables, c.verdict)
-        for c in result.candidates
-    ]
+    start, at = f"{result.name} (start)", result.problem.start_values
+    checked = [(start, 0.0, unknown, unknown, c.start.figures, at, "") for c in result.candidates[:1]]
+    for c in result.candidates:
+        gains = c.change("power_loss"), c.gain_interval, c.solved_gain
+        checked.append((c.name, *gains, c.exact.figures, c.point.variables, c.verdict))
     rows = [
         (name, loss, *gain, *solved, *(got.get(n, math.nan) for n in names), *(at[n] for n in variables), verdict)
         for name, loss, gain, solved, got, at, verdict in checked
@@ -258,14 +242,11 @@ def candidates_table(result: Optimisation) -> Table:
     heads = ("loss_change", "gain_lower", "gain_upper", "solved_gain", "solved_gain_error")
     columns = [*map(Column, ("design", *heads, *names)), *map(_variable, variables), Column("verdict")]
     kept = [k for k, c in enumerate(columns) if not c.name.startswith("solved") or any(_known(r[k]) for r in rows)]
-    return Table(
-        [columns[k] for k in kept],
+    shown, notes = (
         [tuple(row[k] for k in kept) for row in rows],
-        title=headline(result),
-        notes=(timing(result, f"{len(result.evaluations)} evaluations"),),
-        name="candidates",
-        vertical=True,
+        (timing(result, f"{len(result.evaluations)} evaluations"),),
     )
+    return Table([columns[k] for k in kept], shown, headline(result), notes, "candidates", vertical=True)
 
 
 def _known(value: object) -> bool:

@@ -54,17 +54,12 @@ class Candidate:
             return math.nan, math.nan
         new, old = self.exact.losses, self.start.losses
         ratio = math.log(new["aligned"][0] / old["aligned"][0])
-        changes = [
-            Change(
-                name,
-                group="",
-                sd=math.nan,
-                below=math.log(new[name][0] / old[name][0]) - ratio,
-                above=math.log(new[name][1] / old[name][1]) - ratio,
+        changes = []
+        for name in (name for name in new if name in old and name not in ("aligned", "interval")):
+            below, above = (
+                math.log(after / before) - ratio for after, before in zip(new[name], old[name], strict=True)
             )
-            for name in new
-            if name in old and name not in ("aligned", "interval")
-        ]
+            changes.append(Change(name, group="", sd=math.nan, below=below, above=above))
         low, high = (float(end) for end in combined(changes))
         return 1.0 - math.exp(ratio + high), 1.0 - math.exp(ratio + low)
 

@@ -39,10 +39,12 @@ _MAX_ITERATIONS = 25
 
 @dataclass
 class Processes:
-    """Gaussian processes of all figures and of feasibility over the unit cube."""
+    """Gaussian processes of all transformed figures and of feasibility over the unit cube."""
 
     dimension: int
-    outputs: int
+    limits: FloatArray  # (m,) of the figures, infinite for those without a limit
+    objectives: int  # number of the objectives, which are the first figures
+    seed: int  # of the random numbers
     _models: list[Any] = field(default_factory=list)
     _made: Any = None
 
@@ -51,8 +53,8 @@ class Processes:
 
         Length scales and noise are fitted only with `scales`, starting from the previous ones.
         """
-        last = self._models or [None] * self.outputs
-        self._models = [self._process(inputs, values[:, k], last[k], scales=scales) for k in range(self.outputs)]
+        last = self._models or [None] * self.limits.size
+        self._models = [self._process(inputs, v, old, scales=scales) for v, old in zip(values.T, last, strict=True)]
         if len(failed):
             made = np.concatenate([np.ones(len(inputs)), -np.ones(len(failed))])
             self._made = self._process(
@@ -86,6 +88,61 @@ class Processes:
             return np.ones(len(points))
         mean, sd = self._made.predict(points, return_std=True)
         return np.asarray(norm.cdf(mean / np.hypot(sd, _MADE_SD)))
+
+    def next_points(
+        self, known: FloatArray, values: FloatArray, failed: FloatArray, *, count: int, number: int, scales: bool
+    ) -> FloatArray:
+        """The next batch (count, d); the processes are fitted here.
+
+        Arguments as in `fit`. The `number` of evaluations so far determines the weights.
+        """
+        points, figures, seed = known, values, self.seed
+        rng = np.random.default_rng([seed, number])
+        draws = norm.ppf(qmc.Sobol(values.shape[1], seed=seed).random(_DRAWS))
+        taken: list[FloatArray] = []
+        for k in range(number, number + count):
+            self.fit(points, figures, failed, scales=scales and k == number)
+            for turn in range(_TURNS if self.objectives > 1 else 1):
+                # without expected improvement, other weights are tried
+                weights = _drawn(self.objectives, k, seed, turn) if turn else weights_of(self.objectives, k, seed)
+                worth_of = partial(self._improvement, figures, weights, draws)
+                candidate, worth = _best_candidate(points, self._centres(points, figures, weights), worth_of, rng)
+                if worth > _NOTHING or not self._within(figures).any():
+                    break
+            mean, _ = self.predict(candidate[None])
+            points, figures = np.vstack([points, candidate]), np.vstack([figures, mean])
+            taken.append(candidate)
+        return np.array(taken)
+
+    def _within(self, figures: FloatArray) -> NDArray[np.bool_]:
+        return np.asarray(np.all(figures <= self.limits, axis=-1))
+
+    def _centres(self, points: FloatArray, figures: FloatArray, weights: FloatArray) -> FloatArray:
+        """Centres of the local candidates: the best points by these weights, or those nearest to the limits."""
+        kept, bounded = self._within(figures), np.isfinite(self.limits)
+        if kept.any():
+            cost = np.where(kept, _sum(_scaled(figures, figures[kept], weights.size), weights), np.inf)
+        else:
+            cost = np.maximum(figures - self.limits, 0.0, where=bounded, out=np.zeros_like(figures)).sum(axis=1)
+        return points[np.argsort(cost, kind="stable")[: max(3, min(6, int(kept.sum())))]]
+
+    def _improvement(
+        self, figures: FloatArray, weights: FloatArray, draws: FloatArray, candidates: FloatArray
+    ) -> FloatArray:
+        """Expected improvement of the sum over draws within the limits; of the excess if no point is within."""
+        mean, sd = self.predict(candidates)
+        drawn = mean[:, None, :] + sd[:, None, :] * draws
+        kept, bounded = self._within(figures), np.isfinite(self.limits)
+        excess = np.maximum(drawn[..., bounded] - self.limits[bounded], 0.0).sum(axis=-1)
+        if not kept.any():
+            return np.asarray(-excess.mean(axis=1) + np.log(self.success(candidates)))
+        count = weights.size
+        best = float(_sum(_scaled(figures[kept], figures[kept], count), weights).min())
+        gain = np.maximum(best - _sum(_scaled(drawn, figures[kept], count), weights), 0.0)
+        expected = np.where(excess <= 0.0, gain, 0.0).mean(axis=1) * self.success(candidates)
+        # if no draw improves, the candidate with the nearest mean
+        nearest = _sum(_scaled(mean, figures[kept], count), weights) - best
+        return np.asarray(np.where(expected > 0.0, expected, -1e-9 * np.maximum(nearest + excess.mean(axis=1), 1e-6)))
 
 
 def _few_steps(objective: Any, start: FloatArray, bounds: Any) -> tuple[FloatArray, float]:
@@ -126,45 +183,6 @@ def _drawn(objectives: int, number: int, seed: int, turn: int) -> FloatArray:
     return np.asarray(drawn / drawn.sum())
 
 
-def next_points(
-    known: FloatArray,
-    values: FloatArray,
-    failed: FloatArray,
-    limits: FloatArray,
-    objectives: int,
-    processes: Processes,
-    *,
-    count: int,
-    number: int,
-    seed: int,
-    scales: bool,
-) -> FloatArray:
-    """The next batch (count, d); the processes are fitted here.
-
-    Arguments as in `Processes.fit`; the objectives are the first columns of `values`. `limits` (m,) are of transformed
-    figures, infinite for figures without a limit. The `number` of evaluations so far determines the weights.
-    """
-    points, figures = known, values
-    rng = np.random.default_rng([seed, number])
-    draws = norm.ppf(qmc.Sobol(values.shape[1], seed=seed).random(_DRAWS))
-    taken: list[FloatArray] = []
-    for k in range(count):
-        processes.fit(points, figures, failed, scales=scales and k == 0)
-        for turn in range(_TURNS if objectives > 1 else 1):
-            # without expected improvement, other weights are tried
-            weights = (
-                weights_of(objectives, number + k, seed) if turn == 0 else _drawn(objectives, number + k, seed, turn)
-            )
-            worth_of = partial(_improvement, figures, limits, weights, processes, draws)
-            candidate, worth = _best_candidate(points, _centres(points, figures, limits, weights), worth_of, rng)
-            if worth > _NOTHING or not _within(figures, limits).any():
-                break
-        mean, _ = processes.predict(candidate[None])
-        points, figures = np.vstack([points, candidate]), np.vstack([figures, mean])
-        taken.append(candidate)
-    return np.array(taken)
-
-
 def _scaled(figures: FloatArray, within: FloatArray, count: int) -> FloatArray:
     """Objectives scaled to 0 and 1 at the ends of the points within the limits."""
     low, high = within[:, :count].min(axis=0), within[:, :count].max(axis=0)
@@ -173,20 +191,6 @@ def _scaled(figures: FloatArray, within: FloatArray, count: int) -> FloatArray:
 
 def _sum(scaled: FloatArray, weights: FloatArray) -> FloatArray:
     return np.asarray((scaled * weights).max(axis=-1) + _AUGMENTED * (scaled * weights).sum(axis=-1))
-
-
-def _within(figures: FloatArray, limits: FloatArray) -> NDArray[np.bool_]:
-    return np.asarray(np.all(figures <= limits, axis=-1))
-
-
-def _centres(points: FloatArray, figures: FloatArray, limits: FloatArray, weights: FloatArray) -> FloatArray:
-    """Centres of the local candidates: the best points by these weights, or those nearest to the limits."""
-    kept = _within(figures, limits)
-    if kept.any():
-        cost = np.where(kept, _sum(_scaled(figures, figures[kept], weights.size), weights), np.inf)
-    else:
-        cost = np.maximum(figures - limits, 0.0, where=np.isfinite(limits), out=np.zeros_like(figures)).sum(axis=1)
-    return points[np.argsort(cost, kind="stable")[: max(3, min(6, int(kept.sum())))]]
 
 
 def _best_candidate(
@@ -212,31 +216,6 @@ def _best_candidate(
         centres = np.vstack([best, candidates[np.argsort(-worth, kind="stable")[:4]]])
     assert best is not None
     return best, top
-
-
-def _improvement(
-    figures: FloatArray,
-    limits: FloatArray,
-    weights: FloatArray,
-    processes: Processes,
-    draws: FloatArray,
-    candidates: FloatArray,
-) -> FloatArray:
-    """Expected improvement of the sum over draws within the limits; of the excess if no point is within them yet."""
-    mean, sd = processes.predict(candidates)
-    drawn = mean[:, None, :] + sd[:, None, :] * draws
-    kept = _within(figures, limits)
-    bounded = np.isfinite(limits)
-    excess = np.maximum(drawn[..., bounded] - limits[bounded], 0.0).sum(axis=-1)
-    if not kept.any():
-        return np.asarray(-excess.mean(axis=1) + np.log(processes.success(candidates)))
-    count = weights.size
-    best = float(_sum(_scaled(figures[kept], figures[kept], count), weights).min())
-    gain = np.maximum(best - _sum(_scaled(drawn, figures[kept], count), weights), 0.0)
-    expected = np.where(excess <= 0.0, gain, 0.0).mean(axis=1) * processes.success(candidates)
-    # if no draw improves, the candidate with the nearest mean
-    nearest = _sum(_scaled(mean, figures[kept], count), weights) - best
-    return np.asarray(np.where(expected > 0.0, expected, -1e-9 * np.maximum(nearest + excess.mean(axis=1), 1e-6)))
 
 
 def transformed(name: str, values: FloatArray) -> FloatArray:

@@ -43,13 +43,11 @@ def shape_functions(places: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 Real = NDArray[np.floating[Any]]
 """Array of numbers of single or double precision."""
+Precision = type[np.floating[Any]]
 
 
 def element_stiffness(
-    corners: FloatArray,
-    youngs_modulus: FloatArray,
-    poisson_ratio: float,
-    precision: type[np.floating[Any]] = np.float64,
+    corners: FloatArray, youngs_modulus: FloatArray, poisson_ratio: float, precision: Precision = np.float64
 ) -> Real:
     """Stiffness (e, 60, 60) of elements from their nodes (e, 20, 3) [m] and Young's moduli (e,) [Pa].
 
@@ -62,9 +60,8 @@ def element_stiffness(
     jacobian = np.matmul(slopes.transpose(0, 2, 1)[None], corners[:, None])
     volume = np.linalg.det(jacobian)
     if np.any(volume * np.sign(volume[:, :1]) <= 0.0):
-        raise ConvergenceError(
-            "root_folded", "finite elements of the tooth root are folded: change the edge radius of the cutter"
-        )
+        folded = "finite elements of the tooth root are folded: change the edge radius of the cutter"
+        raise ConvergenceError("root_folded", folded)
     gradient = np.matmul(np.linalg.inv(jacobian), slopes.transpose(0, 2, 1)[None])
     gradient *= np.sqrt(np.abs(volume) * weights)[..., None, None]
     flat = gradient.reshape(*gradient.shape[:2], 60).astype(precision)

@@ -28,7 +28,7 @@ from efficiency.contact.mesh_surface import EDGES
 from efficiency.ltca.limits import EDGE_LIMIT, EDGE_NOTE, EdgeLoad, edges_carry, flank_place
 from efficiency.ltca.load_distribution import LoadDistribution, TeethElasticity
 from efficiency.strength.result import Grade, Strength
-from efficiency.strength.root_stress import WOUND, RootStress, RootTooth, root_stress
+from efficiency.strength.root_stress import WOUND, RootTooth, root_stress
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 from ehl.common.units import KELVIN
@@ -181,16 +181,15 @@ def rate_strength(
             text = f"bending_endurance is missing in the material of the {member} ({material.name}): not graded"
             grades.append(Grade(f"root of the {member}", "note", text))
             continue
-        own = _root_factors(stress, local.module)
+        own = {"Y_delta_relT": iso.notch_factor(stress.notch), "Y_R_relT": iso.surface_factor(ROOT_ROUGHNESS)}
+        own["Y_X"] = iso.size_factor(local.module)
         factors |= {f"{name}_{member}": value for name, value in own.items()}
         allowed = material.bending_endurance * iso.STRESS_CORRECTION * math.prod(own.values())
         safeties[-1] = allowed / stress.tension
         if stress.tension > allowed:
-            text = (
-                f"root stress of the {member} {stress.tension / 1e6:.0f} MPa above the permissible "
-                f"{allowed / 1e6:.0f} MPa, {stress.face * 1e3:.1f} mm from the toe: larger edge radius of the cutter, "
-                "thicker or larger teeth, less torque"
-            )
+            found = f"{stress.tension / 1e6:.0f} MPa above the permissible {allowed / 1e6:.0f} MPa"
+            text = f"root stress of the {member} {found}, {stress.face * 1e3:.1f} mm from the toe: "
+            text += "larger edge radius of the cutter, thicker or larger teeth, less torque"
             grades.append(Grade(f"root of the {member}", "warning", text))
     bulk = max(local.bulk)
     weight = np.concatenate([p.position.length[p.force > 0.0] for p in load.positions])
@@ -279,11 +278,3 @@ def _edge_grades(edges: EdgeLoad, first: float, shakes: float) -> list[Grade]:
     elif edges.pressure > first:
         text += f"; {pressure} at the {edges.edge} is above first yield, {first / 1e9:.3g} GPa: local yielding"
     return [Grade("edges", "warning" if severe else "note", text)]
-
-
-def _root_factors(stress: RootStress, module: float) -> dict[str, float]:
-    return {
-        "Y_delta_relT": iso.notch_factor(stress.notch),
-        "Y_R_relT": iso.surface_factor(ROOT_ROUGHNESS),
-        "Y_X": iso.size_factor(module),
-    }

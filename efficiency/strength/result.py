@@ -77,9 +77,8 @@ class Strength(TableResult):
     # root stress over the mesh; None if it is unavailable
     pinion: RootStress | None = field(repr=False, default=None)
     gear: RootStress | None = field(repr=False, default=None)
-    points_film_specific: FloatArray = field(
-        repr=False, default_factory=lambda: np.zeros(0)
-    )  # at the loaded points [-]
+    # at the loaded points [-]
+    points_film_specific: FloatArray = field(repr=False, default_factory=lambda: np.zeros(0))
 
     def scalars(self) -> dict[str, Any]:
         """Scalar values by name, SI units."""
@@ -105,23 +104,16 @@ class Strength(TableResult):
         """The most important figures, with grades and assumptions below."""
         values = {name: getattr(self, name) for name in _SHOWN}
         kept = tuple(name for name in _SHOWN if math.isfinite(values[name]))
-        return Table(
-            kept,
-            [tuple(values[name] for name in kept)],
-            title=f"Strength: {self.status.upper()}. Safety factors after ISO 10300, public sources, not certified.",
-            notes=(*(f"{g.level:9}{g.text}" for g in self.grades), *(f"{'note':9}{note}" for note in self.notes)),
-            name="strength",
-            vertical=True,
-        )
+        title = f"Strength: {self.status.upper()}. Safety factors after ISO 10300, public sources, not certified."
+        notes = (*(f"{g.level:9}{g.text}" for g in self.grades), *(f"{'note':9}{note}" for note in self.notes))
+        return Table(kept, [tuple(values[name] for name in kept)], title, notes, "strength", vertical=True)
 
     def root_table(self) -> Table:
         """Root stress of both members over the mesh, one row for each roll of the tooth pair."""
-        rows = [
-            (member.member, *line)
-            for member in (self.pinion, self.gear)
-            if member is not None
-            for line in zip(member.roll, member.history, member.history_compression, strict=True)
-        ]
+        rows = []
+        for member in filter(None, (self.pinion, self.gear)):
+            lines = zip(member.roll, member.history, member.history_compression, strict=True)
+            rows += [(member.member, *line) for line in lines]
         return Table(("member", "pinion_angle", "root_stress", "root_compression"), rows, name="root stress")
 
     def __repr__(self) -> str:

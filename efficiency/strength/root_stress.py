@@ -17,7 +17,7 @@ from efficiency.ltca.load_distribution import PositionLoad
 from efficiency.ltca.solid_tooth import SolidTooth, ring_displacements
 from efficiency.strength import hexahedra
 from efficiency.strength.root_mesh import Counts, RootMesh, root_mesh
-from ehl.common.arrays import FloatArray
+from ehl.common.arrays import BoolArray, FloatArray
 from ehl.common.errors import InputError
 
 # teeth in the ring; more teeth change the stress by less than 0.1 %
@@ -210,9 +210,8 @@ def _unit_forces(mesh: RootMesh, side: int) -> FloatArray:
     corners = mesh.nodes[elements]
     one, two = (np.einsum("pn,rcnx->rcpx", slopes[..., axis], corners) for axis in (0, 2))
     area = np.cross(one, two)
-    inside = corners[:, :, hexahedra.CORNERS_AND_EDGES[:, 1] == 1].mean(axis=2) - corners[:, :, hexahedra.FACE].mean(
-        axis=2
-    )
+    opposite = hexahedra.CORNERS_AND_EDGES[:, 1] == 1
+    inside = corners[:, :, opposite].mean(axis=2) - corners[:, :, hexahedra.FACE].mean(axis=2)
     area *= np.sign(np.einsum("rcpx,rcx->rcp", area, inside))[..., None]
     size = np.linalg.norm(area, axis=-1)
     linear = [(0.5 * (1.0 - at[:, k]), 0.5 * (1.0 + at[:, k])) for k in (0, 2)]
@@ -231,12 +230,7 @@ def _unit_forces(mesh: RootMesh, side: int) -> FloatArray:
 
 
 def _ring_solution(
-    mesh: RootMesh,
-    factors: hexahedra.Factors,
-    held: NDArray[np.bool_],
-    wanted: NDArray[np.bool_],
-    forces: FloatArray,
-    pitch: float,
+    mesh: RootMesh, factors: hexahedra.Factors, held: BoolArray, wanted: BoolArray, forces: FloatArray, pitch: float
 ) -> dict[int, hexahedra.Real]:
     """Displacement (3 nodes, points) of the loaded tooth (0) and of the next in increasing (1) and decreasing azimuth.
 

@@ -19,7 +19,7 @@ from refusals import refuses
 
 import efficiency
 from efficiency.blanks.agma_2003 import AgmaRating, hardness_ratio_factor, life_curves, stress_numbers
-from efficiency.blanks.dimensions import FaceAndRoot, Placement
+from efficiency.blanks.dimensions import DepthFactors, FaceAndRoot, Placement, ToothDepth
 from efficiency.blanks.inputs import DepthTypeOne, PairBlankInput, load_blank
 from efficiency.blanks.iso_10300 import FlankRating, rate_flank
 from efficiency.blanks.lengthwise import Trace
@@ -193,20 +193,19 @@ def slot_geometry(printed: dict[str, Any]) -> SlotGeometry:
     rho = sqrt(rm2**2 + radius**2 - 2.0 * rm2 * radius * sin(spiral - lead))
     fall = angle["theta_f1"], angle["theta_f2"]
     outer = given["Re1"] / MM, given["Re2"] / MM
+    heights = (0.0, 0.0), (given["h_fm1"] / MM, given["h_fm2"] / MM), (given["c"] / MM, given["c"] / MM)
+    tooth = ToothDepth(DepthFactors(0.0, 0.0, 0.0, 0.0), module, 0.0, 0.0, alphas, *heights, 0.0)
     return SlotGeometry(
-        cones=PitchCones(d_1, d_2, rm1, rm2, spiral + zeta_mp, spiral, 0.5),
+        cones=PitchCones((d_1, d_2), (rm1, rm2), (spiral + zeta_mp, spiral)),
         place=Placement(zeta_m, zeta_mp, rm2 * sin(zeta_mp), (0.0, 0.0), (0.0, 0.0)),
         trace=Trace(radius, lead, rho, rho / (1.0 + z_0 / given["z2"] * sin(d_2))),
         angles=FaceAndRoot(
             0.0, 0.0, (d_1, d_2), (d_1 - fall[0], d_2 - fall[1]), (0.0, 0.0), fall, (0.0, 0.0), (0.0, 0.0)
         ),
         ends=((outer[0] - given["b1"] / MM, outer[0]), (outer[1] - given["b2"] / MM, outer[1])),
-        module=module,
-        dedendums=(given["h_fm1"] / MM, given["h_fm2"] / MM),
-        clearance=(given["c"] / MM, given["c"] / MM),
+        tooth=tooth,
         thickness_gear=given["smn2"] / MM,
         backlash_in_plane=pi * module - (given["smn1"] + given["smn2"]) / MM,
-        pressure_angles=alphas,
         pitch_share=1.0 if z_0 else 0.0,
         cutter_tilt=radians(given["alpha_BX2"]) - alphas[0],
     )
@@ -216,7 +215,8 @@ def slot_geometry(printed: dict[str, Any]) -> SlotGeometry:
 def test_slots_thicknesses_and_top_lands_of_formate_gears(annex: str) -> None:
     printed = REFERENCE[annex]["results"]
     names = {"W": "slot_width", "s_n": "normal_thickness", "s_an": "top_land"}
-    for index, member in enumerate(slots_and_lands(slot_geometry(REFERENCE[annex])), 1):
+    geometry = slot_geometry(REFERENCE[annex])
+    for index, member in enumerate((slots_and_lands(geometry, 0), slots_and_lands(geometry, 1)), 1):
         for symbol, name in names.items():
             wanted = [float(text) for text in printed[f"{symbol}{'_' * (symbol == 'W')}{index}"]]
             if (annex, symbol, index) == ("agma929_d", "W", 2):

@@ -41,6 +41,7 @@ def gleason_blank() -> Blank:
         mean_addendum=addendum - 0.5 * face * np.tan(addendum_angle),
         mean_dedendum=depth - addendum - 0.5 * face * np.tan(dedendum_angle), addendum_angle=addendum_angle,
         dedendum_angle=dedendum_angle, pitch_apex_beyond_crossing=crown - b["crown_to_crossing"] * INCH,
+        hand="right",
     )  # fmt: skip
 
 

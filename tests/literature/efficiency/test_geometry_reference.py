@@ -148,7 +148,7 @@ def test_generated_gear_38x51() -> None:
         teeth=b["z2"], pitch_angle=float(pitch_angle), mean_cone_distance=b["mean_cone_dist"] * MM,
         face_width=b["face_width"] * MM, mean_addendum=(b["addendum_outer"] - half * taper[1]) * MM,
         mean_dedendum=(b["dedendum_outer"] - half * taper[0]) * MM, addendum_angle=np.radians(b["addendum_angle"]),
-        dedendum_angle=np.radians(b["dedendum_angle"]),
+        dedendum_angle=np.radians(b["dedendum_angle"]), hand="right",
     )  # fmt: skip
     machine = MachineSettings(
         radial_setting=g["Sr"] * MM,

@@ -118,7 +118,7 @@ def test_grid_of_a_cut_flank_gives_the_flank_back(tmp_path: Path, name: str) -> 
     design = load_design(name)
     cut = design.gear.flank("convex")
     path = grid_file(tmp_path, design)
-    flank = grid_flank(read_point_grid(path), "convex", cut.blank, design.gear.blank.hand)
+    flank = grid_flank(read_point_grid(path), "convex", cut.blank)
     assert flank.error < 1e-8
     u, v = (g.ravel() for g in np.meshgrid(np.linspace(-0.45, 0.45, 7) * cut.blank.face_width, [0.06, 0.5, 0.95]))
     exact, found = cut.solve(u, cut.blank.height(u, v))
@@ -132,7 +132,7 @@ def test_grid_of_a_cut_flank_gives_the_flank_back(tmp_path: Path, name: str) -> 
     lines = path.read_text(encoding="utf-8").splitlines()
     kept = [lines[0]] + [",".join(line.split(",")[:5]) for line in lines[2:]]
     path.write_text("\n".join(kept), encoding="utf-8")
-    assert grid_flank(read_point_grid(path), "convex", cut.blank, design.gear.blank.hand).error < 1e-7
+    assert grid_flank(read_point_grid(path), "convex", cut.blank).error < 1e-7
 
 
 def test_noise_is_smoothed_and_stated(tmp_path: Path) -> None:
@@ -142,7 +142,7 @@ def test_noise_is_smoothed_and_stated(tmp_path: Path) -> None:
     noise = 1e-6 * np.random.default_rng(2).standard_normal(grid.u.shape)
     path = tmp_path / "noisy.csv"
     write_inspection_grid(path, design, "gear", "convex", replace(grid, position=grid.position + noise * grid.normal))
-    flank = grid_flank(read_point_grid(path), "convex", cut.blank, "right")
+    flank = grid_flank(read_point_grid(path), "convex", cut.blank)
     assert 2e-6 < flank.error < 6e-6
     points, _ = flank.solve(grid.u.ravel(), grid.height.ravel())
     normal = grid.normal.reshape(3, -1)
@@ -175,7 +175,7 @@ def test_bad_grid_files_are_refused_by_place(tmp_path: Path, change: Any, named:
     path = grid_file(tmp_path, design)
     path.write_text(change(path.read_text(encoding="utf-8")), encoding="utf-8")
     with pytest.raises(InputError, match=named):
-        grid_flank(read_point_grid(path), "convex", design.gear.blank, "right")
+        grid_flank(read_point_grid(path), "convex", design.gear.blank)
 
 
 def test_table_of_ease_off(tmp_path: Path) -> None:
@@ -189,8 +189,8 @@ def test_table_of_ease_off(tmp_path: Path) -> None:
     assert given(np.array([0.5]), np.array([-1.0]))[0] == pytest.approx((7.5 + 2.0 - 3.0) * 1e-6, rel=1e-9)
 
 
-BAD = {"0,0,nan\n": "line 2", "12,0,1\n": "line 2", "0,0,1\n": "1 points", "0,0,1\n" * 9: "spread"}
-BAD = {"a,b,c\n0,0,0\n": "first line"} | {f"length,depth,ease_off\n{rows}": named for rows, named in BAD.items()}
+BAD = {"0,0,nan\n": "row 2", "12,0,1\n": "row 2", "0,0,1\n": "1 points", "0,0,1\n" * 9: "spread"}
+BAD = {"a,b,c\n0,0,0\n": "header"} | {f"length,depth,ease_off\n{rows}": named for rows, named in BAD.items()}
 
 
 @pytest.mark.parametrize(("text", "named"), BAD.items())

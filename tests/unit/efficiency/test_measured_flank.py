@@ -44,7 +44,7 @@ def points(grid: InspectionGrid, shift: NDArray[np.float64]) -> PointGrid:
 
 
 def measured(grid: PointGrid, uncertainty: float, nominal: bool = True) -> MeasuredFlank:
-    return measured_flank(grid, GEAR.side, GEAR.blank, DESIGN.gear.blank.hand, uncertainty, GEAR if nominal else None)
+    return measured_flank(grid, GEAR.side, GEAR.blank, uncertainty, GEAR if nominal else None)
 
 
 @pytest.mark.parametrize(("name", "lower"), [(BEVEL, 0.0), (HOBBED, 0.0), (HOBBED, 0.0002), (HOBBED, 0.005)])
@@ -59,7 +59,7 @@ def test_points_without_noise_give_the_transmission_error_of_the_flank(name: str
     assert exists.all()
     number = np.arange(u.size)
     grid = PointGrid("measured.csv", number, number, there.position, None, "", "")
-    flank = measured_flank(grid, own.side, own.blank, design.pinion.blank.hand, 1e-8, own)
+    flank = measured_flank(grid, own.side, own.blank, 1e-8, own)
     assert flank.error < 3e-6
     found = flank_pair(replace(flanks, pinion={**flanks.pinion, own.side: flank}), "drive").transmission
     truth = flank_pair(flanks, "drive").transmission

@@ -24,7 +24,7 @@ from efficiency.optimisation.evaluation import Evaluation, EvaluationTask, evalu
 from efficiency.optimisation.optimise import load_start, make_problem, optimise
 from efficiency.optimisation.problem import SearchProblem, as_made, box_states, checked_limits, start_value, with_values
 from efficiency.optimisation.result import Candidate, Optimisation, non_dominated, spread_out
-from efficiency.optimisation.surrogate import Processes, first_points, next_points, weights_of
+from efficiency.optimisation.surrogate import Processes, first_points, weights_of
 from efficiency.pair import GearPair
 from ehl.common.data import data_names, data_path
 from ehl.common.errors import ConvergenceError, InputError
@@ -277,7 +277,7 @@ def test_reasons_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
             return Evaluation(task.key, task.values, reason="no_contact: for the test")
         return Evaluation(task.key, task.values, dict.fromkeys(task.problem.figures, 1.0 + sum(task.values.values())))
 
-    names = search.evaluate_all.__globals__
+    names = evaluate_all.__globals__
     monkeypatch.setitem(names, "evaluate", fails)
     result = optimise(PAIR, BOUNDS, **RUN | {"check": 0, "evaluations": 16})
     frame = result.to_frame()
@@ -415,12 +415,10 @@ def test_the_search_finds_the_front_of_two_variables() -> None:
 
     axis = np.linspace(0.0, 1.0, 61)
     truth = volume(np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2))
-    points, processes = first_points(2, 8, 1, np.array([0.5, 0.5])), Processes(2, 3)
+    points, processes = first_points(2, 8, 1, np.array([0.5, 0.5])), Processes(2, limits, 2, 1)
     for k in range(7):
-        batch = next_points(
-            points, figures(points), np.zeros((0, 2)), limits, 2, processes,
-            count=3, number=len(points), seed=1, scales=k % 3 == 0,
-        )  # fmt: skip
+        number, scales = len(points), k % 3 == 0
+        batch = processes.next_points(points, figures(points), np.zeros((0, 2)), count=3, number=number, scales=scales)
         points = np.vstack([points, batch])
     assert volume(points) > 0.95 * truth
     assert volume(first_points(2, len(points), 1, np.array([0.5, 0.5]))) < volume(points)
@@ -434,7 +432,7 @@ def test_a_search_learns_which_variables_decide_what_can_be_made() -> None:
     def margin(z: np.ndarray) -> np.ndarray:
         return 1.3 - z[:, 0] - z[:, 3]
 
-    processes = Processes(6, 1)
+    processes = Processes(6, np.array([np.inf]), 1, 1)
     assert np.all(processes.success(fresh) == 1.0)
     made = margin(points) > 0.0
     processes.fit(points[made], points[made][:, :1], points[~made], scales=True)

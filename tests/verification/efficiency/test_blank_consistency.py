@@ -131,12 +131,12 @@ def test_lengthwise_radius_is_the_curvature_of_the_drawn_epicycloid() -> None:
     inputs = load_blank("iso23509_f5").model_copy(update={"pitch_cones": "converged"})
     cones = pitch_cones(inputs)
     trace = tooth_trace(inputs, cones)
-    mean = cones.cone_distance_2
+    mean = cones.cone_distance[1]
     # angle of the tangent against a fixed direction: phi + beta; arc length ds = dR/cos beta
     step = 1e-4 * mean
     slopes = [trace.spiral(mean + s) for s in (-step, step)]
-    turn = (slopes[1] - slopes[0]) / (2.0 * step) + tan(cones.spiral_2) / mean
-    assert 1.0 / (turn * cos(cones.spiral_2)) == pytest.approx(lengthwise_radius(inputs, cones), rel=1e-6)
+    turn = (slopes[1] - slopes[0]) / (2.0 * step) + tan(cones.spiral[1]) / mean
+    assert 1.0 / (turn * cos(cones.spiral[1])) == pytest.approx(lengthwise_radius(inputs, cones), rel=1e-6)
     assert pair.epicycloid_base_radius < pair.crown_to_cutter
 
 
@@ -146,8 +146,8 @@ def test_spiral_angles_against_the_motion_of_a_blade(name: str) -> None:
     inputs = load_blank(name)
     cones = pitch_cones(inputs)
     trace = tooth_trace(inputs, cones)
-    turns = (inputs.blade_groups or 0) * sin(cones.pitch_angle_2) / inputs.teeth_gear
-    for cone in cones.cone_distance_2 * np.array([0.85, 0.95, 1.0, 1.1, 1.15]):
+    turns = (inputs.blade_groups or 0) * sin(cones.pitch_angle[1]) / inputs.teeth_gear
+    for cone in cones.cone_distance[1] * np.array([0.85, 0.95, 1.0, 1.1, 1.15]):
         q = trace.generating_angle(cone)
         x, y = cone * cos(q), cone * sin(q)
         assert hypot(x - trace.crown_to_cutter, y) == pytest.approx(inputs.cutter_radius, rel=1e-12)

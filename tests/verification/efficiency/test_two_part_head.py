@@ -171,7 +171,7 @@ def iso_curvature(eccentricity: float) -> float:
     design, inputs = load_design(NAME), load_targets(NAME).blank
     spiral, cone = pair_blank(inputs).gear.mean_spiral_angle, design.gear.blank.mean_cone_distance
     angle, lead = design.gear.blank.pitch_angle, design.gear.concave.cutter.blade_offset_angle
-    cones = PitchCones(angle, angle, cone, cone, spiral, spiral, 0.5)
+    cones = PitchCones((angle, angle), (cone, cone), (spiral, spiral))
     radius = math.hypot(inputs.cutter_radius * math.cos(lead) + eccentricity, inputs.cutter_radius * math.sin(lead))
     return 1.0 / lengthwise_radius(inputs.model_copy(update={"cutter_radius": radius}), cones)
 
