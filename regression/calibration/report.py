@@ -187,12 +187,13 @@ def calibration_sections(result: Calibration, medium: Medium) -> list[Section]:
             shown = quantity(e.name)
             interval = shown.span(e.interval_low, e.interval_high)
             tiles.append((shown.text(e.value, 3), f"{shown.label}, 95 % interval {interval}"))
+    ratio = result.misfit / result.noise
     stated = "" if math.isnan(result.noise_stated) else f" (stated {result.noise_stated:.2g})"
     answer = MainResult(
         f"{len(tiles)} of {len(result.parameters)}",
         "parameters determined by these data",
         [
-            (f"{result.misfit:.2g}", f"misfit of mu (RMS); noise {result.noise:.2g}{stated}"),
+            (f"{result.misfit:.2g}", f"misfit of mu (RMS), {ratio:.2g} times the noise of {result.noise:.2g}{stated}"),
             (plus_minus(result.solver_error), "largest numerical error of the solver"),
         ],
     )
