@@ -167,5 +167,5 @@ def _checked(sbatch: Mapping[str, str]) -> dict[str, str]:
             raise InputError("sbatch", name, f"{allowed}; not {', '.join(_OWN)}, which the script sets")
         # values in the head of a script are not quoted
         if not re.fullmatch(r"[\w.,:;=@%+/\[\]-]+", value):
-            raise InputError(f"sbatch {name}", value, "a value without blanks or quotes")
+            raise InputError("sbatch", f"{name}={value}", "a value without blanks or quotes")
     return dict(sbatch)
