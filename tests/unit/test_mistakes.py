@@ -241,7 +241,7 @@ def test_file_of_another_kind_is_named(mixed_ehl: Any, command: str) -> None:
     for name, reader in KINDS.items():
         if reader != command and (command != "oil" or name.endswith(".toml")):
             file = ROOT / name
-            refused(mixed_ehl(command, file, *(["--estimate"] if command == "sweep" else [])), file.name)
+            refused(mixed_ehl(command, file, *(["--estimate"] if command == "sweep" else [])), "file =", file.name)
 
 
 def test_all_problems_of_a_file_at_once(mixed_ehl: Any, tmp_path: Path) -> None:

@@ -93,27 +93,6 @@ def test_every_tuned_constant_states_its_basis() -> None:
         assert value, (module, name)
 
 
-# words of the field that lead to the code of a folder
-WORDS = {
-    "ehl": "half-space, boundary friction, Moes, Hertz",
-    "ehl/smooth ehl/rough": "Reynolds equation, Poiseuille, Couette, cavitation",
-    "ehl/rough ehl/surface": "JFO, Elrod-Adams, side flow, complementarity, asperity, Peklenik, correlation length",
-    "ehl/fluid": "Ree-Eyring, Carreau, limiting shear stress, Roelands, Barus, Walther, Dowson-Higginson",
-    "ehl/heat efficiency/loss": "flash temperature, Peclet, Jaeger, Blok, Coleman, Buckingham",
-    "regression": "load sharing, film ratio, Sobol, conformal, convex hull, cross-validation, neural networks",
-    "efficiency/contact efficiency/ltca": "ease-off, Litvin, TCA, LTCA, contact pattern, transmission error, Weber",
-    "efficiency/blanks efficiency/cutting": "undercut, hypoid offset, spiral angle, cradle, tilt, swivel",
-}
-
-
-@pytest.mark.parametrize("places", WORDS)
-def test_words_are_found_where_it_is_computed(places: str) -> None:
-    files = [file for place in places.split() for file in sorted((ROOT / place).rglob("*.py"))]
-    # a term may be broken over two lines of a docstring
-    text = " ".join(" ".join(file.read_text(encoding="utf-8") for file in files).lower().split())
-    assert [word for word in WORDS[places].split(", ") if word.lower() not in text] == []
-
-
 ENTRIES = tomllib.loads(data_path("references.toml").read_text(encoding="utf-8"))
 CITED = {use for entry in ENTRIES.values() for use in entry["uses"]}
 
