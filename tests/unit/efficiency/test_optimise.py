@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from pages import read_page
+from refusals import refused
 
 import efficiency
 from efficiency.machine_settings.design_file import targets_text
@@ -460,7 +461,7 @@ def test_the_command(mixed_ehl: Any, found: Optimisation, folder: Path) -> None:
     assert {"pareto.csv", "candidates.csv", "evaluations.csv", "optimise.xlsx", "trade.png", "problem.json"} <= written
     assert (folder / best.name / "setting_sheet.csv").is_file()
     assert f"{-100.0 * best.gain:+.1f} %" in read_page(folder / "optimise.html").sections[0]
-    # a search goes on from a design whose targets lie beside it
+    # a search continues from a design whose targets are in the same folder
     again = load_start(folder / f"{best.name}.toml")
     assert start_value(again, "profile_crowning", "drive") == best.point.variables["profile_crowning"]
     # the design that was written does what was promised; a constant friction leaves its gain no interval
@@ -468,5 +469,5 @@ def test_the_command(mixed_ehl: Any, found: Optimisation, folder: Path) -> None:
     assert reopened.power_loss == pytest.approx(best.exact.figures["power_loss"], rel=1e-6)
     low, high = best.gain_interval
     assert low <= 1.0 - best.exact.losses["aligned"][0] / best.start.losses["aligned"][0] <= high
-    for arguments in (["no_such_pair"], [str(Path("data/designs") / f"{PAIR}.toml")]):
-        assert mixed_ehl("optimise", *arguments, "-o", str(folder / "refused")).code == 2
+    for start in ("no_such_pair", data_path("designs", f"{PAIR}.toml")):
+        refused(mixed_ehl("optimise", start, "-o", folder / "refused"), "targets =")
