@@ -182,7 +182,7 @@ def mixed_ehl(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    parser.addoption("--regenerate-golden", action="store_true", help="write tests/golden/*.json again; review the diff")
+    parser.addoption("--regenerate-golden", action="store_true", help="update tests/golden/*.json; review the diff")
 
 
 _TESTS = Path(__file__).parent
