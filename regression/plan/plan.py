@@ -37,14 +37,19 @@ from ehl.inputs import ModelInput, SolidInput, SurfaceInput
 from ehl.material import Material, effective_modulus
 from ehl.surface.finish import default_correlation_length
 from regression.friction.conditions import LUBRICANT_UNITS, derive, lubricant_columns
-from regression.plan.axes import EXCLUSIVE, REQUIRED, VARIABLES, PlanAxis, Variables, evenly_spaced
 from regression.plan.cost import ALLOWED_TIME_CAP, CostEstimate, contact_seconds
 from regression.plan.sampling import (
+    EXCLUSIVE,
+    REQUIRED,
+    VARIABLES,
+    WINDOWS,
     Accept,
     BoxSampler,
     Constraints,
     ConstraintWindow,
+    PlanAxis,
     PointBlock,
+    Variables,
     constrained_quantities,
     filtered,
     lattice,
@@ -103,11 +108,11 @@ class Plan(InputModel, Reportable):
         Name and description of the plan.
     sampling : Sampling
         Sampling of the ranges.
-    variables : Variables
+    variables : dict of str to PlanAxis
         Ranges, lists and values, SI.
     table : dict of str to tuple
         Columns of individual points, SI.
-    constraints : Constraints
+    constraints : dict of str to ConstraintWindow
         Windows that every point must satisfy.
     lubricant : dict
         Oil card or cards, or a lubricant by numbers.
@@ -135,9 +140,9 @@ class Plan(InputModel, Reportable):
     name: Name
     description: str = ""
     sampling: Sampling = Sampling()
-    variables: Variables = Variables()
+    variables: Variables = Field(default_factory=dict)
     table: Columns = Field(default_factory=dict)
-    constraints: Constraints = Constraints()
+    constraints: Constraints = Field(default_factory=dict)
     lubricant: dict[str, Any]
     solid_1: SolidInput = SolidInput()
     solid_2: SolidInput = SolidInput()
@@ -215,7 +220,8 @@ class Plan(InputModel, Reportable):
                 defaults = json.loads(field.default.model_dump_json())
                 content[key] = {k: v for k, v in stored.get(key, {}).items() if v != defaults.get(k)}
         for key, kind in (("variables", PlanAxis), ("constraints", ConstraintWindow)):
-            content[key] = {name: validate(kind, entry, f"plan.{key}.{name}") for name, entry in content[key].items()}
+            given = {name: entry for name, entry in stored.get(key, {}).items() if entry is not None}
+            content[key] = {name: validate(kind, entry, f"plan.{key}.{name}") for name, entry in given.items()}
         return validate(cls, content)
 
     @model_validator(mode="after")
@@ -271,7 +277,7 @@ class Plan(InputModel, Reportable):
         if size is not None and not sampled:
             raise InputError("sampling.size", size, "no size if no variable is a range")
         power = size is None or size & (size - 1) == 0
-        if size is not None and not power and sampling.method == "sobol" and not self.constraints.windows:
+        if size is not None and not power and sampling.method == "sobol" and not self.constraints:
             below = 1 << (size.bit_length() - 1)
             raise InputError("sampling.size", size, f"a power of two such as {below} or {2 * below}")
         if sampling.corners and not 1 <= len(sampled) <= MAX_CORNER_VARIABLES:
@@ -283,20 +289,12 @@ class Plan(InputModel, Reportable):
     @cached_property
     def axes(self) -> dict[str, PlanAxis]:
         """The variables; in a factorial plan every range is replaced by its levels."""
-        axes = self.variables.axes
+        axes = self.variables
         if self.sampling.method != "factorial":
             return axes
         if self.sampling.levels is None and any(axis.sampled for axis in axes.values()):
             raise InputError("sampling.levels", None, "the number of levels of each range")
-        return {
-            name: PlanAxis(
-                values=evenly_spaced(axis.values[0], axis.values[1], axis.scale, self.sampling.levels or 2),
-                scale=axis.scale,
-            )
-            if axis.sampled
-            else axis
-            for name, axis in axes.items()
-        }
+        return {name: axis.levelled(self.sampling.levels or 2) for name, axis in axes.items()}
 
     @cached_property
     def oils(self) -> tuple[str, ...]:
@@ -314,7 +312,7 @@ class Plan(InputModel, Reportable):
     @cached_property
     def count(self) -> int:
         """Number of cases."""
-        return len(self.points) if self.constraints.windows else self._count_unconstrained
+        return len(self.points) if self.constraints else self._count_unconstrained
 
     @property
     def _count_unconstrained(self) -> int:
@@ -332,6 +330,8 @@ class Plan(InputModel, Reportable):
     def plan_hash(self) -> str:
         """Hash of all entries that influence the cases and their results."""
         content = self.model_dump(mode="json", exclude={"name", "description"})
+        for key, names in (("variables", VARIABLES), ("constraints", WINDOWS)):
+            content[key] = dict.fromkeys(names) | content[key]
         return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
     @cached_property
@@ -382,7 +382,7 @@ class Plan(InputModel, Reportable):
 
         `rejected` counts the points outside of each window, and all points under ``drawn``.
         """
-        windows = self.constraints.windows
+        windows = self.constraints
         if not windows:
             return None
 
@@ -401,7 +401,7 @@ class Plan(InputModel, Reportable):
 
     def constrained(self, columns: Mapping[str, FloatArray], oils: Sequence[str | None]) -> dict[str, FloatArray]:
         """The quantities of `Constraints` at given values of the variables."""
-        needs_oil = "film_ratio" in self.constraints.windows
+        needs_oil = "film_ratio" in self.constraints
         ratio = self.conditions(columns, oils)["film_ratio_formula"] if needs_oil else None
         return constrained_quantities(self._state_columns(columns, len(oils)), self.bodies, ratio)
 

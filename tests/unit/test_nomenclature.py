@@ -26,6 +26,7 @@ from regression.calibration.measurement import COLUMNS
 from regression.data.result_files import NUMBER_UNITS
 from regression.friction.conditions import UNITS
 from regression.friction.published_registry import PUBLISHED
+from regression.plan.sampling import VARIABLES, WINDOWS
 
 ROOT = Path(__file__).resolve().parents[2]
 NAMES = {part for name in quantities() for part in name.split(".")}
@@ -75,7 +76,7 @@ def test_every_result_is_listed(name: str) -> None:
 
 
 def test_every_column_is_listed() -> None:
-    assert set(UNITS) | set(NUMBER_UNITS) | set(COLUMNS) <= NAMES
+    assert {*UNITS, *NUMBER_UNITS, *COLUMNS, *VARIABLES, *WINDOWS} <= NAMES
 
 
 def test_units_of_dataset_columns_are_those_of_the_table() -> None:

@@ -16,10 +16,9 @@ from ehl.common.validation import validate
 from ehl.fluid.oil import Oil
 from ehl.material import Material, effective_modulus
 from regression.friction.conditions import STATE_UNITS, derive, lubricant_row
-from regression.plan.axes import PlanAxis
 from regression.plan.operating_range import WeightedPoints, operating_range, weighted_quantile
 from regression.plan.plan import Plan
-from regression.plan.sampling import FLASH_FRICTION, BoxSampler, constrained_quantities
+from regression.plan.sampling import FLASH_FRICTION, BoxSampler, PlanAxis, constrained_quantities
 
 RANGES: dict[str, Any] = {
     "pressure_hertz": {"low": "0.4 GPa", "high": "2.4 GPa"},
@@ -336,7 +335,7 @@ def test_the_plan_holds_the_ranges_and_is_one(tmp_path: Path) -> None:
     assert plan.description == 'what "gears" see'
     assert plan.count == 80
     assert plan.oils == ("fva3", "75w90")
-    for name, axis in plan.variables.axes.items():
+    for name, axis in plan.variables.items():
         if axis.sampled:
             (low, high), seen = axis.values, ranges[name]
             assert low <= seen.low < seen.high <= high
@@ -346,9 +345,9 @@ def test_the_plan_holds_the_ranges_and_is_one(tmp_path: Path) -> None:
                 1.2 * np.ptp(scale([seen.low, seen.high])), rel=0.05
             )
     # one roughness, one value
-    assert plan.variables.axes["roughness_rms"].values == pytest.approx((0.5e-6,), rel=0.01)
-    assert plan.variables.axes["correlation_length"].values == pytest.approx((45e-6,), rel=0.01)
-    window = plan.constraints.film_ratio
+    assert plan.variables["roughness_rms"].values == pytest.approx((0.5e-6,), rel=0.01)
+    assert plan.variables["correlation_length"].values == pytest.approx((45e-6,), rel=0.01)
+    window = plan.constraints["film_ratio"]
     assert window.low < ranges["film_ratio"].low < ranges["film_ratio"].high < window.high
 
 
@@ -357,7 +356,7 @@ def test_spur_gears_have_no_lengthwise_sliding_and_a_pitch_point(tmp_path: Path)
     text = operating_range([spur], 1.0).plan_text("spur", ("fva3",), size=32)
     assert "lengthwise_to_roll = 0.0" in text
     (tmp_path / "spur.toml").write_text(text)
-    low, _ = Plan.from_file(tmp_path / "spur.toml").variables.axes["slide_to_roll"].values
+    low, _ = Plan.from_file(tmp_path / "spur.toml").variables["slide_to_roll"].values
     assert 1e-4 < low <= 1e-3
 
 
