@@ -40,17 +40,7 @@ from regression.friction.conditions import Array
 from regression.friction.fitted import FittedFormula
 from regression.friction.models import COLEMAN_FRICTION
 from regression.friction.published_registry import PUBLISHED
-from regression.view import plots
-from regression.view.tables import (
-    band_table,
-    check_table,
-    coefficient_table,
-    conditions_text,
-    family_table,
-    interval_table,
-    not_fitted,
-    region_text,
-)
+from regression.view import plots, tables
 
 _OILS_SHOWN = 3
 _WORST = 10
@@ -100,19 +90,19 @@ def formula_sections(
 ) -> list[Section]:
     """Sections for the terminal (equation, errors by region, worst case) or for files (all tables)."""
     best = formulas[0]
-    ranking = [family_table(formulas, tried)] if len(formulas) > 1 or tried else []
-    tables = [band_table(best), check_table(best), _interval(best, dataset)]
+    ranking = [tables.family_table(formulas, tried)] if len(formulas) > 1 or tried else []
+    shown = [tables.band_table(best), tables.check_table(best), _interval(best, dataset)]
     if medium == "files":
         head = Head(f"Fit of a friction formula: {best.label}")
-        return [Section("", [head, *ranking, *tables, coefficient_table(best)])]
+        return [Section("", [head, *ranking, *shown, tables.coefficient_table(best)])]
     notes = Notes(_notes(dataset, best))
-    return [Section("", [*ranking, Code(best.to_text()), *tables, _answer(best), notes])]
+    return [Section("", [*ranking, Code(best.to_text()), *shown, _answer(best), notes])]
 
 
 def _interval(formula: FittedFormula, dataset: Dataset | None) -> Table | Text:
     """Interval by film ratio; of all cases together if they are too few for bands."""
     if formula.interval.bands:
-        return interval_table(formula, () if dataset is None else interval_factors(dataset, formula))
+        return tables.interval_table(formula, () if dataset is None else interval_factors(dataset, formula))
     level, width = formula.interval.level, formula.interval.log_width
     factor = (
         f"exp({width:.3g} s), s the deviation at the point" if formula.interval.normalised else f"{math.exp(width):.3g}"
@@ -132,7 +122,7 @@ def _answer(best: FittedFormula) -> MainResult:
     errors, worst = best.validation, best.validation.worst
     known = [
         (_percent(errors.p95), "95th percentile of the error"),
-        (_percent(abs(errors.largest)), f"largest, case {worst.key[:8]} at {conditions_text(worst.conditions)}"),
+        (_percent(abs(errors.largest)), f"largest, case {worst.key[:8]} at {tables.conditions_text(worst.conditions)}"),
     ]
     if errors.coverage is not None:
         known.append((_percent(errors.coverage), f"of the cases inside their {100 * best.interval.level:g} % interval"))
@@ -170,15 +160,15 @@ def _notes(dataset: Dataset | None, best: FittedFormula) -> list[Note]:
     many = [band for band in best.bands if band.count >= _FEW]
     worst = max(many, key=lambda band: band.p95, default=None)
     if worst is not None and worst.p95 > 2.0 * best.validation.p95:
-        where = region_text(worst.variable, worst.low, worst.high)
+        where = tables.region_text(worst.variable, worst.low, worst.high)
         warnings.append(f"largest errors at {where}: 5 % of the cases have errors above {_percent(worst.p95)}")
     narrow = [(band.coverage, band) for band in many if band.coverage is not None]
     share, band = min(narrow, key=lambda pair: pair[0], default=(1.0, None))
     if band is not None and share < level - 2.0 * math.sqrt(level * (1.0 - level) / band.count):
-        where = region_text(band.variable, band.low, band.high)
+        where = tables.region_text(band.variable, band.low, band.high)
         held = f"it contains {_percent(share)} of {band.count} cases"
         warnings.append(f"the {100 * level:g} % interval is too narrow at {where}: {held}")
-    for what, scores in not_fitted(best):
+    for what, scores in tables.not_fitted(best):
         text = f"{scores.count} {what}, not fitted: mean error {_percent(scores.mape)}, 95 % {_percent(scores.p95)}"
         (warnings if scores.p95 > 2.0 * best.validation.p95 else others).append(text)
     if dataset is not None:
@@ -250,7 +240,9 @@ def _comparison(dataset: Dataset, formulas: Sequence[FittedFormula], tried: Iter
     shares = (Column("inside", of="share", label="in its range"), Column("no value", of="share", label="no value"))
     heads = ("published formula", "mape", "p95", "bias", *shares)
     caption = "Published formulas for the same cases, not fitted. (M): constants partly or wholly unverified."
-    return Section("All formulas", [family_table(formulas, tried), Table(heads, _published_rows(dataset), caption)])
+    return Section(
+        "All formulas", [tables.family_table(formulas, tried), Table(heads, _published_rows(dataset), caption)]
+    )
 
 
 def _published_rows(dataset: Dataset) -> list[tuple[object, ...]]:
@@ -281,10 +273,10 @@ def _published_row(name: str, value: Array, mu: Array, outside: NDArray[np.bool_
 
 def _errors(dataset: Dataset, best: FittedFormula) -> Section:
     caption = "Held-out errors by band of each variable, with the number of cases."
-    tables = [check_table(best), _interval(best, dataset)]
+    shown = [tables.check_table(best), _interval(best, dataset)]
     return Section(
         "Errors by region",
-        [Picture(partial(plots.plot_bands, best), caption), *tables, Folded("In numbers", [band_table(best)])],
+        [Picture(partial(plots.plot_bands, best), caption), *shown, Folded("In numbers", [tables.band_table(best)])],
     )
 
 
@@ -337,7 +329,7 @@ def _curves(dataset: Dataset, formulas: Sequence[FittedFormula], oil: str) -> Se
 
 
 def _formula(best: FittedFormula) -> Section:
-    blocks: list[Item] = [Code(best.equation), coefficient_table(best)]
+    blocks: list[Item] = [Code(best.equation), tables.coefficient_table(best)]
     if network := best.network:
         known = quantities()
         inputs = ", ".join(known[name].label if name in known else name.replace("_", " ") for name in network.variables)
