@@ -29,7 +29,7 @@ def modules_imported(module: Path) -> Iterator[str]:
 
 
 def room(package: str, dotted: str) -> str:
-    """Folder, or module beside the folders, that a dotted name belongs to; empty for the package itself."""
+    """Folder, or module outside of folders, of a dotted name; empty for the package itself."""
     parts = dotted.split(".")[1:]
     if not parts:
         return ""
@@ -38,7 +38,7 @@ def room(package: str, dotted: str) -> str:
 
 
 def arrows(package: str) -> dict[str, set[str]]:
-    """Which room imports which, inside one package."""
+    """Imports between the folders of one package."""
     found: dict[str, set[str]] = defaultdict(set)
     for module in sorted((ROOT / package).rglob("*.py")):
         parts = module.relative_to(ROOT).with_suffix("").parts

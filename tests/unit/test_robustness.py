@@ -1,4 +1,4 @@
-"""What can go wrong, and that one sentence says so: the faults of docs/robustness.md, each provoked; output files."""
+"""Each fault of docs/robustness.md is provoked and reported in one sentence; output files."""
 
 import json
 import os

@@ -190,7 +190,7 @@ def test_marks_across_the_motion_rub_less_than_marks_along_it(name: str) -> None
     mu = [float(model.mu(**HOT, peklenik_number=gamma).mu) for gamma in (0.4, 1.0, 3.0, 8.0)]
     assert mu == sorted(mu, reverse=True)
     assert mu[0] > 1.2 * mu[-1]
-    assert float(model.mu(**HOT).mu) == mu[1]  # isotropic where nothing is said
+    assert float(model.mu(**HOT).mu) == mu[1]  # isotropic by default
     assert "Peklenik number 20" in model.range_note(**HOT, peklenik_number=20.0)
 
 

@@ -1,4 +1,4 @@
-"""Calibration gives back known parameters within its stated intervals, and does not claim what the data do not tell.
+"""Calibration gives back known parameters within its stated intervals, and does not claim more than the data determine.
 
 Statistics are run on a friction law of one line in place of the contact solver; one recovery uses the solver itself.
 """
