@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -235,11 +236,10 @@ class Plan(InputModel, Reportable):
             hint = f"A plan with [constraints] may have {MAX_DRAWN * MAX_CASES} before they are applied."
             raise InputError("variables", cases, f"at most {MAX_CASES} cases", hint)
         # cases at both ends of every axis and for every row of a table are validated, so that errors appear at once
-        rows = len(next(iter(self.table.values()), ("",)))
         for oil in self.oils or (None,):
             for end in (0, -1):
                 ends = {name: axis.values[end] for name, axis in self.axes.items()}
-                for row in range(rows if end == 0 else 1):
+                for row in range(self._rows if end == 0 else 1):
                     values = {name: float(column[row]) for name, column in self.columns.items()}
                     self.case({**ends, **values}, oil=self._oils_of([row], oil)[0])
         if self.count > MAX_CASES:
@@ -316,15 +316,17 @@ class Plan(InputModel, Reportable):
 
     @property
     def _count_unconstrained(self) -> int:
-        axes = self.axes.values()
-        sampled = sum(axis.sampled for axis in axes)
-        corners = min(self.sampling.corners, 2**sampled) if type(self.sampling.corners) is int else 2**sampled
-        points = (self.sampling.size or 1) + (corners if self.sampling.corners else 0)
-        for axis in axes:
-            points *= 1 if axis.sampled else len(axis.values)
-        if self.table:
-            points *= len(next(iter(self.table.values())))
-        return points * (1 if "oil" in self.table else max(len(self.oils), 1)) * self.sampling.realisations
+        axes, corners = self.axes.values(), self.sampling.corners
+        most: int = 2 ** sum(axis.sampled for axis in axes)
+        points = (self.sampling.size or 1) + (most if corners is True else min(corners, most))
+        lists = math.prod(len(axis.values) for axis in axes if not axis.sampled)
+        oils = 1 if "oil" in self.table else max(len(self.oils), 1)
+        return points * lists * self._rows * oils * self.sampling.realisations
+
+    @property
+    def _rows(self) -> int:
+        """Rows of the table; 1 without a table."""
+        return len(next(iter(self.table.values()), ("",)))
 
     @property
     def plan_hash(self) -> str:
@@ -364,7 +366,7 @@ class Plan(InputModel, Reportable):
     def _blocks(self, accept: Accept | None) -> Iterator[PointBlock]:
         sampler = BoxSampler(self.axes, self.sampling.method, self.sampling.seed)
         if self.table:
-            yield filtered("table", self.columns, np.arange(len(next(iter(self.table.values())))), accept)
+            yield filtered("table", self.columns, np.arange(self._rows), accept)
         elif sampler.ranges:
             assert self.sampling.size is not None
             yield sampler.inside(self.sampling.size, accept)

@@ -5,7 +5,9 @@ from __future__ import annotations
 from functools import cached_property, partial
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import pandas as pd
 
 from ehl import SOLVER
 from ehl.common.errors import InputError, check_count
@@ -22,9 +24,6 @@ from regression.plan.cost import ALLOWED_TIME_CAP
 from regression.plan.plan import Plan
 from regression.sweeping.evaluators import published_outputs, solve_outputs
 from regression.sweeping.sweep import SweepReport, sweep_shard
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 MAX_RETRIES = 100  # far more than there are fallback settings
 

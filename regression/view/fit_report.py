@@ -248,27 +248,24 @@ def _comparison(dataset: Dataset, formulas: Sequence[FittedFormula], tried: Iter
 def _published_rows(dataset: Dataset) -> list[tuple[object, ...]]:
     frame = plots.checked_rows(dataset)
     mu, table = computed_friction(frame), columns(frame)
+
+    def row(name: str, value: Array, outside: NDArray[np.bool_]) -> tuple[object, ...]:
+        defined = np.isfinite(value)
+        relative = value[defined] / mu[defined] - 1.0
+        if not relative.size:
+            return (name, None, None, None, None, 1.0)
+        errors = (np.mean(np.abs(relative)), np.quantile(np.abs(relative), 0.95), np.mean(relative))
+        return (name, *errors, np.mean(~outside), np.mean(~defined))
+
     bases = np.array([Oil.load(name).base if name else "mineral" for name in frame["oil"]])
-    rows = [
-        _published_row("constant 0.05 (Coleman)", np.full(mu.size, COLEMAN_FRICTION), mu, np.zeros(mu.size, dtype=bool))
-    ]
+    rows = [row("constant 0.05 (Coleman)", np.full(mu.size, COLEMAN_FRICTION), np.zeros(mu.size, dtype=bool))]
     for published in PUBLISHED.values():
         value, outside = np.full(mu.size, np.nan), np.zeros(mu.size, dtype=bool)
         for base in np.unique(bases):
             here = bases == base
-            part = {variable: values[here] for variable, values in table.items()}
-            value[here], outside[here] = published.values(part, str(base))
-        rows.append(_published_row(published.label + published.mark, value, mu, outside))
+            value[here], outside[here] = published.values({name: v[here] for name, v in table.items()}, str(base))
+        rows.append(row(published.label + published.mark, value, outside))
     return rows
-
-
-def _published_row(name: str, value: Array, mu: Array, outside: NDArray[np.bool_]) -> tuple[object, ...]:
-    defined = np.isfinite(value)
-    relative = value[defined] / mu[defined] - 1.0
-    if not relative.size:
-        return (name, None, None, None, None, 1.0)
-    errors = (np.mean(np.abs(relative)), np.quantile(np.abs(relative), 0.95), np.mean(relative))
-    return (name, *errors, np.mean(~outside), np.mean(~defined))
 
 
 def _errors(dataset: Dataset, best: FittedFormula) -> Section:
