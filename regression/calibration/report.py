@@ -148,13 +148,13 @@ def plot_calibration(result: Calibration, ax: Axes | None = None) -> Axes:
 
 def _varies(measurement: Measurement, rows: list[int]) -> str:
     """Quantity with the largest ratio of its extreme values along a curve."""
-    ratios = {}
-    for name in _OVER:
-        if name in measurement.columns:
-            values = np.abs(measurement.columns[name][rows])
-            values = values[values > 0.0]
-            ratios[name] = float(values.max() / values.min()) if values.size else 1.0
-    return max(ratios, key=lambda name: ratios[name])
+
+    def ratio(name: str) -> float:
+        values = np.abs(measurement.columns[name][rows])
+        values = values[values > 0.0]
+        return float(values.max() / values.min()) if values.size else 1.0
+
+    return max((name for name in _OVER if name in measurement.columns), key=ratio)
 
 
 def parameter_table(result: Calibration) -> Table:

@@ -14,11 +14,10 @@ import numpy as np
 from ehl.common.figures import BLUE, GREY, ORANGE, axes_or_new, figure_of, new_figure, panels
 from ehl.common.quantities import axis_label, quantity, to_display, typeset_units
 from ehl.fluid.oil import Oil
-from ehl.state import ContactState
 from regression.data.dataset import Dataset, columns
 from regression.fitting.cross_validation import held_out_friction
 from regression.fitting.rows import BANDS, boundary_friction_of, computed_friction, fitted_rows
-from regression.friction.conditions import Array, Conditions, conditions_of
+from regression.friction.conditions import Array, Conditions, conditions_of, state_across
 from regression.friction.fitted import FittedFormula, friction_of_form
 from regression.friction.models import COLEMAN_FRICTION, FrictionFlag
 from regression.friction.published_registry import PUBLISHED
@@ -55,19 +54,7 @@ class CurveConditions:
 
     def conditions(self, **varied: Array) -> dict[str, Array]:
         """Local conditions with some variables as arrays; sliding is across the contact line."""
-        values: dict[str, float | Array] = {**self.held, **varied}
-        rough = np.asarray(values["roughness_rms"]) / np.sqrt(2.0)
-        same = (
-            *("pressure_hertz", "radius_equivalent", "effective_modulus", "speed_entrainment"),
-            *("temperature_oil", "correlation_length", "peklenik_number"),
-        )
-        state = ContactState.of(
-            **{name: values[name] for name in same},
-            slide_to_roll=values["slide_to_roll_total"],
-            roughness_rms_1=rough,
-            roughness_rms_2=rough,
-        )
-        return conditions_of(state, self.oil)
+        return conditions_of(state_across({**self.held, **varied}), self.oil)
 
     def quantiles(
         self, name: str, shares: Sequence[float] = (0.15, 0.5, 0.85), above: float = -math.inf
