@@ -186,10 +186,10 @@ OPTIONS: dict[str, tuple[tuple[Any, ...], dict[str, str], str]] = {
         {ROOT}/docs/examples/synthetic_traction.csv=--corners | run; 75w90=--corners | run;
         gear_fva3_nois=--corners | run"""),
     "sweep": (("sweep", "demo"), {"--output": "r"}, """
-        --jobs=0; --jobs=-3; --shard=0/4; --shard=5/4; --time-cap=600; --time-cap=-1 s; --retries=-1; --retries=many;
-        --with=xu_kahraman_2006; --set=lubricant.oil; --slurm=0; --slurm=many; --dask=local:0; --merge=all.h5;
-        --slurm 2 --sbatch=array=1-9; --slurm 2 --sbatch=partition; --slurm 2 --sbatch=comment=two words;
-        --slurm 2 --sbatch=Part=short"""),
+        --jobs=0; --jobs=-3; --shard=0/4; --shard=5/4; --shard=²/8; --time-cap=600; --time-cap=1e300 s; --retries=-1;
+        --retries=many; --with=xu_kahraman_2006; --set=lubricant.oil; --slurm=0; --slurm=many; --dask=local:0;
+        --merge=all.h5; --slurm 2 --sbatch=array=1-9; --slurm 2 --sbatch=partition;
+        --slurm 2 --sbatch=comment=two words; --slurm 2 --sbatch=Part=short"""),
     "calibrate": (("calibrate", TRACTION), {"--setup": SETUP_FILE}, """
         --setup=none.toml; --output=x.csv; --plot=x.xls; --report=x.txt; --jobs=0; --fit=eyring_stres; --oil=fva33;
         --seed=-1"""),

@@ -103,7 +103,6 @@ def test_slip_in_both_directions_is_folded_and_repeats_averaged(tmp_path: Path, 
         (GOOD, SETUP + "[noise]\nabsolute = 0.0\n", "noise"),
         (GOOD.replace("50,0.0", "0,0.0").replace("5,0.03", "0,0.03"), SETUP, "slide_to_roll"),
         ("\n".join(GOOD.splitlines()[:3]), SETUP, "2 rows"),
-        (GOOD, SETUP.replace('oil = "fva3"', 'oil = "missing.toml"'), "missing.toml"),
         (GOOD, SETUP + '[surface]\nroughness_rms_1 = "1 um"\n', "surface.roughness_rms_1"),
     ],
 )

@@ -216,7 +216,6 @@ def test_what_a_formula_of_a_file_has_and_lacks() -> None:
     assert len(model.ranking()) == 1
     for field, use in (
         ("hull", lambda: model.in_convex_hull("gear_fva3")),
-        ("dataset", model.plot),
         ("boundary_friction", lambda: model.with_options(boundary_friction=0.1)),
         ("oil", lambda: friction_model("gear").default_oil()),  # type: ignore[union-attr]
     ):

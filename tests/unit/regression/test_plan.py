@@ -110,7 +110,6 @@ AXES: list[tuple[str, Any, str]] = [
     ("speed_entrainment", list(range(1, 1002)), "speed_entrainment.values"),
 ]
 CHANGES: list[tuple[Callable[[dict[str, Any]], object], str]] = [
-    (lambda c: c.update(name="a\x1b[31m"), "name"),
     (lambda c: c["sampling"].update(corners=-1), "sampling.corners"),  # a switch or a number: one problem
     (lambda c: c["variables"].pop("pressure_hertz"), "variables.pressure_hertz"),
     (lambda c: c["variables"].update(lengthwise_to_roll=1, speed_sliding_lengthwise=1), "variables.lengthwise_to_roll"),
@@ -322,6 +321,10 @@ def test_ranges_hold_the_share_of_the_weight_asked_for() -> None:
     # sliding weighs: what slides more is seen more
     assert ranges["slide_to_roll"].median > operating_range([part], 0.9)["slide_to_roll"].median
     assert {"lengthwise_to_roll", "temperature_oil", "roughness_rms", "film_ratio"} <= set(ranges.variables)
+    with pytest.raises(InputError):
+        operating_range([])
+    with refuses("coverage"):
+        operating_range([points()], 0.2)
 
 
 def test_the_plan_holds_the_ranges_and_is_one(tmp_path: Path) -> None:
@@ -358,10 +361,3 @@ def test_spur_gears_have_no_lengthwise_sliding_and_a_pitch_point(tmp_path: Path)
     (tmp_path / "spur.toml").write_text(text)
     low, _ = Plan.from_file(tmp_path / "spur.toml").variables["slide_to_roll"].values
     assert 1e-4 < low <= 1e-3
-
-
-def test_refusals() -> None:
-    with pytest.raises(InputError):
-        operating_range([])
-    with refuses("coverage"):
-        operating_range([points()], 0.2)
