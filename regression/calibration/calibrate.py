@@ -452,31 +452,30 @@ def _not_identifiable(name: str, why: str, held: float, start: float) -> Paramet
 def _notes(
     setup: CalibrationSetup, stated: Noise, scale: float, widening: float, not_identifiable: tuple[str, ...]
 ) -> tuple[str, ...]:
-    notes = []
-    if setup.specimens.geometry == "point":
-        alike = "largest (Hertz)" if setup.specimens.match == "hertz_pressure" else "mean"
-        notes.append(
+    alike = "largest (Hertz)" if setup.specimens.match == "hertz_pressure" else "mean"
+    notes = (
+        (
+            setup.specimens.geometry == "point",
             f"The solver is for line contacts: each point contact was replaced by a line contact of the same radius "
             f"along the motion and the same {alike} pressure. The fitted values include the effects of side leakage "
-            "and of the pressure profile across the motion."
-        )
-    if setup.model.roughness == "load_sharing":
-        notes.append("model.roughness = 'load_sharing' has no effect: rough contacts are solved.")
-    if setup.specimens.coating:
-        notes.append("Elasticity and heat conduction of the coating are not modelled.")
-    if stated.larger_than_stated:
-        notes.append(
+            "and of the pressure profile across the motion.",
+        ),
+        (setup.specimens.coating, "Elasticity and heat conduction of the coating are not modelled."),
+        (
+            stated.larger_than_stated,
             f"The residuals are {scale:.2g} times the stated noise: the model does not describe the data within it. "
-            "Intervals use the residuals."
-        )
-    if widening > 1.0:
-        notes.append(
+            "Intervals use the residuals.",
+        ),
+        (
+            widening > 1.0,
             "Residuals are correlated along the curves: the model differs systematically from the data. Standard "
-            f"errors and intervals are therefore increased by a factor of {widening:.2g}."
-        )
-    if not_identifiable:
-        held = ", ".join(not_identifiable)
-        notes.append(f"Values are conditional on the held parameters ({held}); intervals do not include their effect.")
-    if math.isnan(stated.chi_square):
-        notes.append("The noise was estimated from the residuals.")
-    return tuple(notes)
+            f"errors and intervals are therefore increased by a factor of {widening:.2g}.",
+        ),
+        (
+            not_identifiable,
+            f"Values are conditional on the held parameters ({', '.join(not_identifiable)}); intervals do not include "
+            "their effect.",
+        ),
+        (math.isnan(stated.chi_square), "The noise was estimated from the residuals."),
+    )
+    return tuple(text for holds, text in notes if holds)
