@@ -115,15 +115,12 @@ class Dataset(TableResult, Tabular):
 
     def save(self, path: str | Path) -> None:
         """Write the cases as CSV with the units in the second line; `InputError` if that is not possible."""
-        target = Path(path)
-        units = [self.units.get(str(name), "") or "1" for name in self.frame]
-        frame = self.frame.copy()
+        frame, units = self.frame.copy(), [self.units.get(str(name), "") or "1" for name in self.frame]
         for name in frame.select_dtypes(exclude=["number", "bool"]):
             frame[name] = frame[name].map(harmless)
-        head = ",".join(map(str, frame.columns)) + "\n" + ",".join(units) + "\n"
-        with replacing(target, "target") as draft, draft.open("w", encoding="utf-8", newline="") as file:
-            file.write(head)
-            frame.to_csv(file, index=False, header=False, float_format="%.17g", lineterminator="\n")
+        frame.columns = pd.MultiIndex.from_arrays([frame.columns, units])
+        with replacing(Path(path), "target") as draft:
+            frame.to_csv(draft, index=False, float_format="%.17g", lineterminator="\n", encoding="utf-8")
 
     def to_dict(self) -> dict[str, Any]:
         """Origin and number of the cases, and the range of the main quantities, for JSON in SI units."""
