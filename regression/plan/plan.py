@@ -363,7 +363,7 @@ class Plan(InputModel, Reportable):
             {name: count / rejected["drawn"] for name, count in rejected.items() if name != "drawn"},
         )
 
-    def _blocks(self, accept: Accept | None) -> Iterator[PointBlock]:
+    def _blocks(self, accept: Accept) -> Iterator[PointBlock]:
         sampler = BoxSampler(self.axes, self.sampling.method, self.sampling.seed)
         if self.table:
             yield filtered("table", self.columns, np.arange(self._rows), accept)
@@ -379,20 +379,17 @@ class Plan(InputModel, Reportable):
         """Oil card of each point: that of its row of the table, otherwise `oil`."""
         return [str(self.table["oil"][row]) if "oil" in self.table else oil for row in rows]
 
-    def _constraint_filter(self, fixed: Mapping[str, float], oil: str | None, rejected: Counter[str]) -> Accept | None:
-        """Function that selects points inside all windows of the constraints; None without constraints.
+    def _constraint_filter(self, fixed: Mapping[str, float], oil: str | None, rejected: Counter[str]) -> Accept:
+        """Function that selects points inside all windows of the constraints.
 
         `rejected` counts the points outside of each window, and all points under ``drawn``.
         """
-        windows = self.constraints
-        if not windows:
-            return None
 
         def accept(columns: dict[str, FloatArray], number: IntArray) -> NDArray[np.bool_]:
             values = {**{name: np.full(number.size, value) for name, value in fixed.items()}, **columns}
-            quantities = self.constrained(values, self._oils_of(number, oil))
+            quantities = self.constrained(values, self._oils_of(number, oil)) if self.constraints else {}
             passed = np.ones(number.size, dtype=bool)
-            for name, window in windows.items():
+            for name, window in self.constraints.items():
                 inside = window.holds(quantities[name])
                 rejected[name] += int(np.count_nonzero(~inside))
                 passed &= inside

@@ -270,7 +270,7 @@ class BoxSampler:
         ranges = enumerate(self.ranges.items())
         return {name: to_range(unit[:, i], axis.values[0], axis.values[1], axis.scale) for i, (name, axis) in ranges}
 
-    def inside(self, size: int, accept: Accept | None) -> PointBlock:
+    def inside(self, size: int, accept: Accept) -> PointBlock:
         """`size` points that satisfy the constraints.
 
         A Sobol sequence continues until there are enough points. A Latin hypercube cannot be continued, so that
@@ -284,8 +284,7 @@ class BoxSampler:
             return filtered("latin", columns, np.arange(size), accept)
         engine = qmc.Sobol(dimension, scramble=True, rng=random)
         chunk = 1 << (size - 1).bit_length() if size > 1 else 1
-        parts: list[PointBlock] = []
-        found, drawn = 0, 0
+        parts, found, drawn = list[PointBlock](), 0, 0
         while found < size:
             if drawn >= MAX_DRAWN * max(size, 64):
                 hint = "Widen the windows, or narrow the ranges."
@@ -299,7 +298,7 @@ class BoxSampler:
         number = np.concatenate([part.number for part in parts])[:size]
         return PointBlock("sobol", columns, number)
 
-    def corners(self, count: int | None, accept: Accept | None) -> PointBlock:
+    def corners(self, count: int | None, accept: Accept) -> PointBlock:
         """At most `count` corners of the box that satisfy the constraints."""
         unit = corner_unit(len(self.ranges), count, self.seed)
         block = filtered("corner", self.columns(unit), np.arange(len(unit)), accept)
@@ -307,9 +306,7 @@ class BoxSampler:
         return PointBlock("corner", columns, block.number[:count])
 
 
-def filtered(origin: str, columns: dict[str, FloatArray], number: IntArray, accept: Accept | None) -> PointBlock:
+def filtered(origin: str, columns: dict[str, FloatArray], number: IntArray, accept: Accept) -> PointBlock:
     """A block of the accepted points."""
-    if accept is None:
-        return PointBlock(origin, columns, number)
     inside = accept(columns, number)
     return PointBlock(origin, {name: column[inside] for name, column in columns.items()}, number[inside])
