@@ -125,10 +125,8 @@ def test_a_random_share_of_the_shipped_cases_is_what_the_solver_says_today(name:
     rows = [stored[case_key(case, dataset.solver_version)] for case in cases]
     assert {(row["status"], row["attempts"]) for row in rows} <= {("converged", 1.0), ("unsettled", 1.0)}
     again = [solve_outputs(case) for case in cases]
-    names = ("friction_coefficient", "friction_error")
-    (mu, error), (mu_again, error_again) = (
-        np.array([[float(x[name]) for x in found] for name in names]) for found in (rows, again)
-    )
+    names = ["friction_coefficient", "friction_error"]
+    (mu, error), (mu_again, error_again) = (pd.DataFrame(x)[names].to_numpy(float).T for x in (rows, again))
     differences = np.abs(mu_again / mu - 1.0)
     within = differences <= np.maximum(np.hypot(error, error_again), ELSEWHERE)
     # stated errors reach half of mu: alone they would let a changed solver pass
