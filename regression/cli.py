@@ -105,22 +105,20 @@ def mu(
         option = "hull" if hull else "refuse" if boundary_friction is None else "boundary_friction"
         raise InputError(option, friction.name, "a fitted formula: a formula file, or a shipped one")
     name = oil or friction.default_oil()
-    point: dict[str, Any] = {
-        "pressure_hertz": pressure,
-        "radius_equivalent": radius,
-        "speed_entrainment": speed,
-        "slide_to_roll": slide_to_roll,
-        "temperature_oil": temperature,
-        "speed_sliding_lengthwise": lengthwise,
-        **given(
-            {
-                "roughness_rms": roughness_rms,
-                "finish": finish,
-                "correlation_length": correlation_length,
-                "peklenik_number": peklenik_number,
-            }
-        ),
-    }
+    point = given(
+        {
+            "pressure_hertz": pressure,
+            "radius_equivalent": radius,
+            "speed_entrainment": speed,
+            "slide_to_roll": slide_to_roll,
+            "temperature_oil": temperature,
+            "speed_sliding_lengthwise": lengthwise,
+            "roughness_rms": roughness_rms,
+            "finish": finish,
+            "correlation_length": correlation_length,
+            "peklenik_number": peklenik_number,
+        }
+    )
     content: dict[str, Any] = friction.mu(oil=name, **point).to_dict()
     other = friction.oil_note(ehl.Oil.load(name)) if isinstance(friction, regression.Formula) else ""
     content |= {"friction_model": friction.name, "oil": name}

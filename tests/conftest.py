@@ -174,7 +174,7 @@ def mixed_ehl(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str
         except SystemExit as end:
             code = end.code if isinstance(end.code, int) else int(end.code is not None)
         captured = capsys.readouterr()
-        if code == 70 and (log := re.search(r" is in (\S+\.log)", captured.err)):
+        if code == 70 and (log := re.search(r"Details: (\S+\.log)", captured.err)):
             raise AssertionError(Path(log[1]).read_text(encoding="utf-8"))  # no command may need its last resort
         return Outcome(code, captured.out, captured.err)
 
@@ -182,7 +182,7 @@ def mixed_ehl(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    parser.addoption("--regenerate-golden", action="store_true", help="write tests/golden/*.json anew; review the diff")
+    parser.addoption("--regenerate-golden", action="store_true", help="update tests/golden/*.json; review the diff")
 
 
 _TESTS = Path(__file__).parent

@@ -121,7 +121,7 @@ def _plan(path: Path) -> None:
 
 def _formula(path: Path) -> None:
     found = regression.friction_model(str(path)).mu(**POINT, temperature="90 degC", roughness_rms="0.4 um")
-    if (found.flag != FrictionFlag.UNDEFINED).all():  # said in words where there is none
+    if (found.flag != FrictionFlag.UNDEFINED).all():  # otherwise a message states it
         finite(found.mu, "mu", 0.0)
 
 

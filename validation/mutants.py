@@ -98,8 +98,7 @@ AREAS: dict[str, tuple[dict[str, str], tuple[str, ...]]] = {
             "regression/friction/error_tables.py": "",
             "regression/friction/fitted.py": "excess log_width evaluate",
             "regression/friction/network.py": "statistics corrected",
-            "regression/calibration/determination.py": "determination_of half_width widened within_range "
-            "intervals_by_errors profile_intervals follow",
+            "regression/calibration/determination.py": "determination_of intervals_by_errors profile_intervals follow",
             "regression/calibration/robust.py": "",
         },
         (

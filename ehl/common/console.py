@@ -144,15 +144,20 @@ class Command(typer.core.TyperCommand):
         return InputError(field, problem.value, problem.allowed, hint)
 
     def _option(self, ctx: Any, field: str, value: object) -> str:
-        """The option of a field, if it was given or the value is missing; otherwise the value is from a file."""
+        """The option of a field, or else the only one with this value; the field itself if the value is from a file."""
+        options = [param for param in self.params if param.param_type_name == "option"]
+        given = [p for p in options if getattr(ctx.get_parameter_source(p.name), "name", "") == "COMMANDLINE"]
         for name in (field, _OPTIONS.get(field, field)):
-            for param in self.params:
-                if param.param_type_name != "option" or (name != param.name and f"--{name}" not in param.opts):
-                    continue
-                source = ctx.get_parameter_source(param.name)
-                if value is None or (source is not None and source.name == "COMMANDLINE"):
+            for param in options if value is None else given:
+                if name == param.name or f"--{name}" in param.opts:
                     return _longest(param)
-        return field
+        same = [param for param in given if isinstance(value, str) and value in _texts(ctx.params[str(param.name)])]
+        return _longest(same[0]) if len(same) == 1 else field
+
+
+def _texts(value: object) -> list[str]:
+    """The value of an option, or each of its values, as text."""
+    return [str(one) for one in (value if isinstance(value, list | tuple) else [value])]
 
 
 @contextmanager

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ehl.common.arrays import finite_or_none
+from ehl.common.arrays import FloatArray, finite_or_none
 from ehl.common.errors import InputError, MixedEhlError
 from ehl.common.pages import Reportable
 from ehl.common.progress import ProgressCallback, progress_to
@@ -30,18 +30,16 @@ from ehl.fluid.oil import Oil
 from regression.calibration import robust
 from regression.calibration.determination import (
     DETERMINED,
-    ParameterInterval,
     determination_of,
     intervals_by_errors,
     least_identifiable,
     profile_intervals,
     why_not_identifiable,
-    within_range,
 )
 from regression.calibration.measurement import Measurement, read_measurement
 from regression.calibration.prediction import FrictionSolver, contact_groups, line_pressure
 from regression.calibration.robust import Noise, noise_of
-from regression.calibration.search import Fit, Target, best_start, search
+from regression.calibration.search import Fit, Target, best_start, bounds_of, search
 from regression.calibration.setup import RISING, SURFACE, CalibrationSetup, start_values
 
 if TYPE_CHECKING:
@@ -317,7 +315,7 @@ def calibrate(
             profiled = worst is None and (cheap if profile is None else profile)
             if profiled:
                 intervals = profile_intervals(solver, fit, target, noise, found)
-                worst = least_identifiable(fit, found, np.array([interval.half_width for interval in intervals]))
+                worst = least_identifiable(fit, found, 0.5 * np.ptp(intervals, axis=1))
             if worst is None or len(names) == 1:
                 break
             why = why_not_identifiable(worst, fit, found, noise.quantile, intervals[names.index(worst)])
@@ -341,7 +339,8 @@ def calibrate(
         else:
             j = names.index(name)
             error = wider * float(found.errors[j])
-            limits = within_range(name, intervals[j].widened(math.log(fit.values[name]), wider))
+            value = math.log(fit.values[name])
+            limits = np.clip(value + wider * (intervals[j] - value), *bounds_of((name,)))
             estimates.append(_estimate(name, fit, error, limits, start[name], only, credible=credible))
     scale = noise.scale * target.sigma
     far = target.rows & (np.abs(fit.friction - target.friction) > robust.FAR * scale)
@@ -420,10 +419,10 @@ def _refit_without(
 
 
 def _estimate(
-    name: str, fit: Fit, error: float, interval: ParameterInterval, start: float, why: str, *, credible: bool
+    name: str, fit: Fit, error: float, interval: FloatArray, start: float, why: str, *, credible: bool
 ) -> ParameterEstimate:
-    low, high = math.exp(interval.low), math.exp(interval.high)
-    narrow = interval.half_width <= DETERMINED
+    low, high = map(math.exp, interval)
+    narrow = 0.5 * np.ptp(interval) <= DETERMINED
     status = "determined" if narrow and credible else "weak"
     below, above = (_change(end / fit.values[name]) for end in (low, high))
     words = f"95 % interval {below} to {above}"
@@ -453,31 +452,30 @@ def _not_identifiable(name: str, why: str, held: float, start: float) -> Paramet
 def _notes(
     setup: CalibrationSetup, stated: Noise, scale: float, widening: float, not_identifiable: tuple[str, ...]
 ) -> tuple[str, ...]:
-    notes = []
-    if setup.specimens.geometry == "point":
-        alike = "largest (Hertz)" if setup.specimens.match == "hertz_pressure" else "mean"
-        notes.append(
+    alike = "largest (Hertz)" if setup.specimens.match == "hertz_pressure" else "mean"
+    notes = (
+        (
+            setup.specimens.geometry == "point",
             f"The solver is for line contacts: each point contact was replaced by a line contact of the same radius "
             f"along the motion and the same {alike} pressure. The fitted values include the effects of side leakage "
-            "and of the pressure profile across the motion."
-        )
-    if setup.model.roughness == "load_sharing":
-        notes.append("model.roughness = 'load_sharing' has no effect: rough contacts are solved.")
-    if setup.specimens.coating:
-        notes.append("Elasticity and heat conduction of the coating are not modelled.")
-    if stated.larger_than_stated:
-        notes.append(
+            "and of the pressure profile across the motion.",
+        ),
+        (setup.specimens.coating, "Elasticity and heat conduction of the coating are not modelled."),
+        (
+            stated.larger_than_stated,
             f"The residuals are {scale:.2g} times the stated noise: the model does not describe the data within it. "
-            "Intervals use the residuals."
-        )
-    if widening > 1.0:
-        notes.append(
+            "Intervals use the residuals.",
+        ),
+        (
+            widening > 1.0,
             "Residuals are correlated along the curves: the model differs systematically from the data. Standard "
-            f"errors and intervals are therefore increased by a factor of {widening:.2g}."
-        )
-    if not_identifiable:
-        held = ", ".join(not_identifiable)
-        notes.append(f"Values are conditional on the held parameters ({held}); intervals do not include their effect.")
-    if math.isnan(stated.chi_square):
-        notes.append("The noise was estimated from the residuals.")
-    return tuple(notes)
+            f"errors and intervals are therefore increased by a factor of {widening:.2g}.",
+        ),
+        (
+            not_identifiable,
+            f"Values are conditional on the held parameters ({', '.join(not_identifiable)}); intervals do not include "
+            "their effect.",
+        ),
+        (math.isnan(stated.chi_square), "The noise was estimated from the residuals."),
+    )
+    return tuple(text for holds, text in notes if holds)

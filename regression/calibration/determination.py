@@ -76,18 +76,16 @@ def least_identifiable(fit: Fit, found: Determination, width: FloatArray) -> str
     return fit.names[worst] if width[worst] > IDENTIFIABLE else None
 
 
-def why_not_identifiable(
-    name: str, fit: Fit, found: Determination, quantile: float, interval: ParameterInterval
-) -> str:
-    """Reason why a parameter is not identifiable."""
+def why_not_identifiable(name: str, fit: Fit, found: Determination, quantile: float, interval: FloatArray) -> str:
+    """Reason why a parameter with this interval of ln(value) is not identifiable."""
     j = fit.names.index(name)
     parameter = PARAMETERS[name]
     if quantile * found.alone[j] > IDENTIFIABLE:
         width = _factor(quantile * found.alone[j])
         return f"the friction of these rows hardly depends on it; 95 % interval if the others are known: factor {width}"
-    if math.isfinite(interval.low) != math.isfinite(interval.high):
-        least = math.isfinite(interval.low)
-        end = quantity(name).text(math.exp(interval.low if least else interval.high), 3)
+    least, most = np.isfinite(interval)
+    if least != most:
+        end = quantity(name).text(math.exp(interval[0] if least else interval[1]), 3)
         return f"the data give only {'a lower' if least else 'an upper'} limit of {end} (95 %)"
     if found.main_share[j] > ALONE:
         return f"row {found.main_row[j] + 1} below the header is the only one with information on it"
@@ -111,45 +109,21 @@ def _factor(log_width: float) -> str:
     return f"{math.exp(log_width):.2g}" if log_width < math.log(1e3) else "more than 1000"
 
 
-@dataclass(frozen=True)
-class ParameterInterval:
-    """95 % interval of one ln(value); an end that the data do not determine is infinite."""
-
-    low: float
-    high: float
-
-    @property
-    def half_width(self) -> float:
-        """Half width; infinite if one end is."""
-        return 0.5 * (self.high - self.low)
-
-    def widened(self, value: float, factor: float) -> ParameterInterval:
-        """The interval with its distances from ln(value) times a factor."""
-        return ParameterInterval(value + factor * (self.low - value), value + factor * (self.high - value))
-
-
-def within_range(name: str, interval: ParameterInterval) -> ParameterInterval:
-    """The interval limited to the range of the parameter."""
-    low, high = math.log(PARAMETERS[name].low), math.log(PARAMETERS[name].high)
-    return ParameterInterval(max(interval.low, low), min(interval.high, high))
-
-
-def intervals_by_errors(fit: Fit, noise: Noise, found: Determination) -> list[ParameterInterval]:
-    """Intervals from standard errors."""
-    here = np.log([fit.values[name] for name in fit.names])
-    width = noise.quantile * found.errors
-    return [ParameterInterval(float(a), float(b)) for a, b in zip(here - width, here + width, strict=True)]
+def intervals_by_errors(fit: Fit, noise: Noise, found: Determination) -> FloatArray:
+    """Lower and upper end of the 95 % interval of each ln(value) from standard errors, shape (k, 2)."""
+    here, width = np.log([fit.values[name] for name in fit.names]), noise.quantile * found.errors
+    return np.column_stack([here - width, here + width])
 
 
 def profile_intervals(
     solver: FrictionSolver, fit: Fit, target: Target, noise: Noise, found: Determination
-) -> list[ParameterInterval]:
-    """Intervals from profiles of the loss on the solver (Bates & Watts 1988, section 6.1).
+) -> FloatArray:
+    """Intervals as in `intervals_by_errors` from profiles of the loss on the solver (Bates & Watts 1988, section 6.1).
 
     One parameter is shifted, the others are optimised on the surrogate, and all rows are solved. The root of the
     deviance of the loss is 1.96 (or the quantile of Student's t) at the end of the interval. The step is adapted at
     most `MAX_PROFILE` times on each side. If `MAX_PROFILE_REACH` first steps do not suffice, or the parameter reaches
-    its bound, the data give no limit on that side.
+    its bound, the end on that side is infinite.
     """
     low, high = bounds_of(fit.names)
     here = np.log([fit.values[name] for name in fit.names])
@@ -177,10 +151,8 @@ def profile_intervals(
         roots(open_sides)
         for side in open_sides:
             side.follow(quantile)
-    return [
-        ParameterInterval(float(here[j] - sides[2 * j].end), float(here[j] + sides[2 * j + 1].end))
-        for j in range(len(fit.names))
-    ]
+    below, above = np.array([side.end for side in sides]).reshape(-1, 2).T
+    return np.column_stack([here - below, here + above])
 
 
 class _Side:

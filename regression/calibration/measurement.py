@@ -54,19 +54,16 @@ class Measurement:
         return len(self.curve)
 
 
-def read_measurement(
-    path: Path, fixed: Mapping[str, float], *, friction: bool = True, roughness_rms: float = 0.0
-) -> Measurement:
+def read_measurement(path: Path, fixed: Mapping[str, float], *, roughness_rms: float = 0.0) -> Measurement:
     """Read a table of measured friction.
 
     path: CSV, XLSX or the export of a test rig (`ehl.common.table_reader.read_table`). Slip in both directions is
         combined (`folded`).
     fixed: conditions of all rows in SI units; each either here or in the table.
-    friction: whether the column friction_coefficient is required (not for a planned test).
     roughness_rms: roughness of rows if neither the table nor `fixed` states it [m].
     Raises `InputError`: the message states file, row and column.
     """
-    table, numbers = read_table(path, COLUMNS, ("friction_coefficient",) if friction else (), missing=True)
+    table, numbers = read_table(path, COLUMNS, ("friction_coefficient",), missing=True)
     size = len(next(iter(table.values())))
     for name in fixed:
         if name in table:
@@ -85,14 +82,14 @@ def read_measurement(
         if name in given
     }
     columns.setdefault("roughness_rms", np.full(size, roughness_rms))
-    nothing, content = np.full(size, np.nan), read_bytes(path, "file", "a CSV or XLSX file")
+    content = read_bytes(path, "file", "a CSV or XLSX file")
     measurement = Measurement(
         name=path.name + (" (synthetic)" if content.startswith(SYNTHETIC.encode()) else ""),
         file_hash=hashlib.sha256(content).hexdigest(),
         columns=columns,
         load=loads[0],
-        friction=np.array(table.get("friction_coefficient", nothing), dtype=float),
-        uncertainty=np.array(table.get("friction_uncertainty", nothing), dtype=float),
+        friction=np.array(table["friction_coefficient"], dtype=float),
+        uncertainty=np.array(table.get("friction_uncertainty", np.full(size, np.nan)), dtype=float),
         curve=tuple(str(label) for label in table.get(LABEL, ("1",) * size)),
         row_numbers=numbers,
     )
@@ -118,7 +115,7 @@ def folded(measurement: Measurement) -> Measurement:
     """
     slip, mu = measurement.columns["slide_to_roll"], measurement.friction
     back, forth = slip < 0.0, slip > 0.0
-    if not back.any() or not np.isfinite(mu).all():
+    if not back.any():
         return measurement
     signed = bool(np.mean(mu[back]) < 0.0)
     group = _conditions(measurement)

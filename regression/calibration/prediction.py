@@ -16,7 +16,7 @@ from itertools import compress
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
+from scipy.optimize import approx_fprime, brentq
 from scipy.special import ellipe, ellipk
 
 from ehl.common.arrays import BoolArray, FloatArray
@@ -366,12 +366,7 @@ class Surrogate:
 
     def jacobian(self, log_values: FloatArray) -> FloatArray:
         """d mu/d ln(value), shape (n, k), by differences of the surrogate."""
-        columns, here = [], self.at(log_values)
-        for j in range(len(self.names)):
-            step = np.zeros(len(self.names))
-            step[j] = 1e-5
-            columns.append((self.at(log_values + step) - here) / 1e-5)
-        return np.column_stack(columns)
+        return np.asarray(approx_fprime(log_values, self.at, 1e-5))
 
     def moved(self, values: dict[str, float], centre: FloatArray) -> Surrogate:
         """The surrogate about another solved point, with slopes corrected along the step (Broyden 1965)."""

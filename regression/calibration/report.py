@@ -5,7 +5,6 @@ from __future__ import annotations
 import datetime
 import math
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -149,13 +148,13 @@ def plot_calibration(result: Calibration, ax: Axes | None = None) -> Axes:
 
 def _varies(measurement: Measurement, rows: list[int]) -> str:
     """Quantity with the largest ratio of its extreme values along a curve."""
-    ratios = {}
-    for name in _OVER:
-        if name in measurement.columns:
-            values = np.abs(measurement.columns[name][rows])
-            values = values[values > 0.0]
-            ratios[name] = float(values.max() / values.min()) if values.size else 1.0
-    return max(ratios, key=lambda name: ratios[name])
+
+    def ratio(name: str) -> float:
+        values = np.abs(measurement.columns[name][rows])
+        values = values[values > 0.0]
+        return float(values.max() / values.min()) if values.size else 1.0
+
+    return max((name for name in _OVER if name in measurement.columns), key=ratio)
 
 
 def parameter_table(result: Calibration) -> Table:
@@ -167,7 +166,6 @@ def parameter_table(result: Calibration) -> Table:
         ("", *(estimate.name for estimate in result.parameters)),
         [*rows, ("status", *(estimate.status for estimate in result.parameters))],
         title=f"calibrated parameters (95 % intervals by {how})",
-        notes=[f"{quantity(e.name).label}: {e.note}." for e in result.parameters if e.status != "determined"],
         vertical=True,
     )
 
@@ -180,53 +178,38 @@ def calibration_sections(result: Calibration, medium: Medium) -> list[Section]:
         heads = (Column(name, of="correlation", label=label, digits=2) for name, label in labels.items())
         rows = [(label, *row) for label, row in zip(labels.values(), result.correlation, strict=True)]
         tables.append(Table(["parameter", *heads], rows, title="correlation of the logarithms"))
-    head = Head("Calibration", result.measurement.name)
-    if medium == "terminal":
-        return [Section("", [*tables, *map(Text, _lines(result))])]
+    head, notes = Head("Calibration", result.measurement.name), Notes(_notes(result))
     if medium == "files":
-        return [Section("", [head, *tables])]
+        return [Section("", [head, *tables, notes])]
     tiles = []
     for e in result.parameters:
         if e.status == "determined":
             shown = quantity(e.name)
             interval = shown.span(e.interval_low, e.interval_high)
             tiles.append((shown.text(e.value, 3), f"{shown.label}, 95 % interval {interval}"))
-    misfit = (f"{result.misfit:.2g}", f"misfit of mu (RMS), {result.misfit / result.noise:.2g} times its noise")
+    ratio = result.misfit / result.noise
+    stated = "" if math.isnan(result.noise_stated) else f" (stated {result.noise_stated:.2g})"
     answer = MainResult(
         f"{len(tiles)} of {len(result.parameters)}",
         "parameters determined by these data",
-        [misfit, (plus_minus(result.solver_error), "largest numerical error of the solver")],
+        [
+            (f"{result.misfit:.2g}", f"misfit of mu (RMS), {ratio:.2g} times the noise of {result.noise:.2g}{stated}"),
+            (plus_minus(result.solver_error), "largest numerical error of the solver"),
+        ],
     )
+    cost = Text(
+        f"Initial oil card: {result.setup.oil}. {result.solver_calls} contacts solved in {result.iterations} rounds, "
+        f"{result.seconds:.1f} s."
+    )
+    if medium == "terminal":
+        return [Section("", [*tables, answer, notes, cost])]
     curves = Picture(lambda: plot_calibration(result), CAPTION, "curves")
     return [
-        Section("", [head, answer, *([KeyFigures(tiles)] if tiles else []), Notes(_notes(result))]),
+        Section("", [head, answer, *([KeyFigures(tiles)] if tiles else []), notes]),
         Section("Measured and computed", [curves]),
-        Section("Parameters", [replace(tables[0], notes=()), *tables[1:]]),
-        Section("How it was computed", [Text(f"Initial oil card: {result.setup.oil}. {_cost(result)}.")]),
+        Section("Parameters", tables),
+        Section("How it was computed", [cost]),
     ]
-
-
-def _lines(result: Calibration) -> list[str]:
-    """Lines below the tables in the terminal: noise, outliers, notes, cost."""
-    stated = "" if math.isnan(result.noise_stated) else f" (stated {result.noise_stated:.2g})"
-    lines = [
-        f"misfit {result.misfit:.2g} of mu (RMS), noise {result.noise:.2g}{stated}; "
-        f"largest numerical error of the solver {100.0 * result.solver_error:.2g} %"
-    ]
-    return [*lines, *_rows(result), *(f"note: {note}" for note in result.notes), _cost(result)]
-
-
-def _rows(result: Calibration) -> list[str]:
-    """Rows with a reduced weight, and rows that were not used."""
-    kinds = (
-        ("outliers with reduced weight", result.outliers),
-        ("not used (no sliding, or no solution)", result.excluded),
-    )
-    return [f"{what}: rows {', '.join(map(str, rows))} of the file" for what, rows in kinds if rows]
-
-
-def _cost(result: Calibration) -> str:
-    return f"{result.solver_calls} contacts solved in {result.iterations} rounds, {result.seconds:.1f} s"
 
 
 def _notes(result: Calibration) -> list[Note]:
@@ -237,4 +220,6 @@ def _notes(result: Calibration) -> list[Note]:
         for e in result.parameters
         if e.status != "determined"
     ]
-    return found + [Note("warning", text) for text in (*_rows(result), *result.notes)]
+    kinds = {"outliers with reduced weight": result.outliers, "not used (no sliding or no solution)": result.excluded}
+    rows = [f"{what}: rows {', '.join(map(str, rows))} of the file" for what, rows in kinds.items() if rows]
+    return found + [Note("warning", text) for text in (*rows, *result.notes)]

@@ -174,12 +174,6 @@ class NoiseInput(InputModel):
         return self.absolute is not None or self.relative is not None
 
 
-class CalibrationModel(ModelInput):
-    """Model of the contacts; rough contacts are solved, whatever `roughness` says."""
-
-    roughness: Literal["solved", "load_sharing"] = "solved"
-
-
 class CalibrationSetup(InputModel):
     """Known inputs of a measurement and fitted parameters: the content of the setup file."""
 
@@ -192,7 +186,7 @@ class CalibrationSetup(InputModel):
     solid_1: SolidInput = SolidInput()
     solid_2: SolidInput = SolidInput()
     surface: SurfaceInput = SurfaceInput()
-    model: CalibrationModel = CalibrationModel(accuracy="fast")
+    model: ModelInput = ModelInput(accuracy="fast")
 
     @model_validator(mode="after")
     def _whole(self) -> Self:

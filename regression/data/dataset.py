@@ -6,7 +6,7 @@ Shipped datasets are selected by name; their plans are in the same folder.
 import hashlib
 import os
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -67,7 +67,7 @@ class Dataset(TableResult, Tabular):
     oil: str
     oil_hash: str
     planned: int
-    card_hashes: dict[str, str | None] = field(default_factory=dict)
+    card_hashes: dict[str, str | None]
 
     @property
     def units(self) -> dict[str, str]:
@@ -114,15 +114,12 @@ class Dataset(TableResult, Tabular):
 
     def save(self, path: str | Path) -> None:
         """Write the cases as CSV with the units in the second line; `InputError` if that is not possible."""
-        target = Path(path)
-        units = [self.units.get(str(name), "") or "1" for name in self.frame]
-        frame = self.frame.copy()
+        frame, units = self.frame.copy(), [self.units.get(str(name), "") or "1" for name in self.frame]
         for name in frame.select_dtypes(exclude=["number", "bool"]):
             frame[name] = frame[name].map(harmless)
-        head = ",".join(map(str, frame.columns)) + "\n" + ",".join(units) + "\n"
-        with replacing(target, "target") as draft, draft.open("w", encoding="utf-8", newline="") as file:
-            file.write(head)
-            frame.to_csv(file, index=False, header=False, float_format="%.17g", lineterminator="\n")
+        frame.columns = pd.MultiIndex.from_arrays([frame.columns, units])
+        with replacing(Path(path), "target") as draft:
+            frame.to_csv(draft, index=False, float_format="%.17g", lineterminator="\n", encoding="utf-8")
 
     def to_dict(self) -> dict[str, Any]:
         """Origin and number of the cases, and the range of the main quantities, for JSON in SI units."""
@@ -266,8 +263,7 @@ def _joined(datasets: Sequence[Dataset]) -> Dataset:
         raise InputError("run", ", ".join(versions), "runs of one solver version", "Repeat the older sweep.")
     cards: dict[str, str | None] = {}
     for dataset in datasets:
-        own = dataset.card_hashes or dict.fromkeys(dataset.oils, dataset.oil_hash or None)
-        for oil, card in own.items():
+        for oil, card in dataset.card_hashes.items():
             if cards.setdefault(oil, card) != card:
                 raise InputError("oil", oil, "one card of this oil in all runs", "Repeat the sweeps with one card.")
     frame = pd.concat([dataset.frame for dataset in datasets], ignore_index=True)
@@ -349,12 +345,8 @@ class RunStatus(TableResult):
 
     def failed_table(self) -> Table:
         """One row per case without a result: reason, key, attempts, conditions, wall time."""
-        names = (*_WHERE, "roughness_rms")
-        shown = [Column(name, label=quantity(name).symbol, digits=3) for name in names]
-        rows = [
-            (case.reason, case.key[:12], case.attempts, *(case.conditions[name] for name in names), case.seconds)
-            for case in self.failed
-        ]
+        shown = [Column(name, label=quantity(name).symbol, digits=3) for name in _WHERE]
+        rows = [(c.reason, c.key[:12], c.attempts, *c.conditions.values(), c.seconds) for c in self.failed]
         title = f"{len(self.failed)} failed cases"
         return Table(("reason", "key", "attempts", *shown, Column("seconds", label="t")), rows, title=title)
 
@@ -364,9 +356,12 @@ class RunStatus(TableResult):
         return [Section("", [Head(self.table().title), self.table(), *failed])]
 
 
-_WHERE = ("pressure_hertz", "radius_equivalent", "speed_entrainment", "slide_to_roll", "temperature_oil")
+_WHERE = (
+    *("pressure_hertz", "radius_equivalent", "speed_entrainment", "slide_to_roll", "temperature_oil"),
+    "roughness_rms",
+)
 _OF_STATUS = (
-    *("key", "status", "reason", "attempts", "seconds", "seconds_cpu", *_WHERE),
+    *("key", "status", "reason", "attempts", "seconds", "seconds_cpu", *_WHERE[:-1]),
     *("roughness_rms_1", "roughness_rms_2"),
 )
 
@@ -377,24 +372,21 @@ def run_status(run: Path) -> RunStatus:
     Raises `InputError`: there are no results, or a file cannot be read.
     """
     shards, parts = [], []
-    plan_name, planned = "", 0
     for path in result_files.run_files(run):
         meta, rows = result_files.read_file(path)
         frame = result_files.table_of(rows, _OF_STATUS)
-        failed = frame[frame["status"] == "failed"]
-        unsettled = int((frame["status"] == "unsettled").sum())
-        converged = len(frame) - len(failed) - unsettled
-        reasons = {str(reason): int(count) for reason, count in failed["reason"].value_counts().items()}
+        counts = frame["status"].value_counts()
+        converged, unsettled = (int(counts.get(status, 0)) for status in ("converged", "unsettled"))
+        failed = frame.loc[frame["status"] == "failed", "reason"].value_counts()
+        reasons = {str(reason): int(count) for reason, count in failed.items()}
         seconds = float(frame["seconds_cpu"].sum())
         shards.append(ShardStatus(path, len(frame), converged, unsettled, reasons, seconds))
         parts.append(rows)
-        plan_name, planned = str(meta["plan_name"]), int(meta["count"])
     every = result_files.table_of(result_files.one_row_per_case(parts), _OF_STATUS)
-    failures = []
-    for record in every[every["status"] == "failed"].sort_values(["reason", "key"]).to_dict("records"):
-        where = {name: float(record[name]) for name in _WHERE}
-        rough = float(np.hypot(record["roughness_rms_1"], record["roughness_rms_2"]))
-        case = (str(record["key"]), str(record["reason"]), int(record["attempts"]), float(record["seconds"]))
-        failures.append(FailedCase(*case, {**where, "roughness_rms": rough}))
+    every["roughness_rms"] = np.hypot(every["roughness_rms_1"], every["roughness_rms_2"])
+    failures = tuple(
+        FailedCase(r["key"], r["reason"], int(r["attempts"]), r["seconds"], {name: r[name] for name in _WHERE})
+        for r in every[every["status"] == "failed"].sort_values(["reason", "key"]).to_dict("records")
+    )
     longest = float(every["seconds_cpu"].max()) if len(every) else 0.0
-    return RunStatus(plan_name, planned, len(every), tuple(failures), tuple(shards), longest)
+    return RunStatus(str(meta["plan_name"]), int(meta["count"]), len(every), failures, tuple(shards), longest)

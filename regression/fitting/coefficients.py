@@ -75,16 +75,11 @@ def train(
     # relative to the closed form, so that profiles with high friction do not have a smaller error
     deviation = np.sqrt(_SCATTER**2 + (error * mu / plain / NORMAL_90) ** 2)
     known = error <= MAX_ERROR
-    problem = _Problem(
-        x[known],
-        (share / np.maximum(1.0 - share, 1e-12))[known],
-        parts_of_form(share, film)[FILM_PART][known],
-        np.broadcast_to(boundary_friction, mu.shape)[known],
-        mu[known],
-        deviation[known],
-        None if computed is None else (computed[0][known], computed[1][known]),
-        network.units,
-    )
+    with np.errstate(divide="ignore"):
+        logit = np.clip(np.log(share / np.maximum(1.0 - share, 1e-12)), -30.0, 30.0)
+    part, mu_b = parts_of_form(share, film)[FILM_PART], np.broadcast_to(boundary_friction, mu.shape)
+    cases = (logit, part, mu_b, mu, deviation, *(computed or ()))
+    problem = _Problem(x[known], [values[known] for values in cases], network.units)
     if trained is None:
         members = [problem.solved(problem.random(np.random.default_rng(seed))) for seed in range(1, MEMBERS + 1)]
     else:
@@ -117,27 +112,20 @@ def _untrained(table: Mapping[str, Array], share: Array, film: Array) -> tuple[N
 
 
 class _Problem:
-    """Loss of one network and its gradient by the weights."""
+    """Loss of one network and its gradient by the weights.
 
-    def __init__(
-        self,
-        x: Array,
-        odds: Array,
-        part: Array,
-        boundary_friction: Array,
-        mu: Array,
-        deviation: Array,
-        computed: tuple[Array, Array] | None,
-        units: int,
-    ) -> None:
-        with np.errstate(divide="ignore"):
-            logit = np.clip(np.log(odds), -30.0, 30.0)
+    x (n, d): inputs of the cases.
+    cases: logit of the asperity load share and film part of the closed form, boundary friction, computed friction, its
+        deviation, and optionally the computed load share and film friction; each of shape (n,).
+    units: of each hidden layer.
+    """
+
+    def __init__(self, x: Array, cases: Sequence[Array], units: int) -> None:
         # single precision is twice as fast, and its errors are far below those of the cases
-        cases = [logit, part, boundary_friction, mu, deviation, *(computed or ())]
         self.x, *self.cases = (values.astype(np.float32) for values in (x, *cases))
         n, d = units, x.shape[1]
         self.shapes = ((n, d + 1), (n, n + 1), (2, n + 1))
-        self.decay, self.held = _DECAY / len(mu), np.zeros(0)
+        self.decay, self.held = _DECAY / len(x), np.zeros(0)
 
     def layers(self, weights: NDArray[Number]) -> list[NDArray[Number]]:
         """Weights of each layer, biases last."""

@@ -5,6 +5,7 @@ Noise floor: scatter of mu over realisations of the roughness at equal condition
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from os import PathLike
@@ -61,18 +62,11 @@ def measured_noise(scatter: pd.DataFrame) -> NoiseFloor | None:
     bands = []
     for variable, edges in BANDS.items():
         place = np.searchsorted(edges, scatter[variable].to_numpy(dtype=float), side="right")
+        ends = list(itertools.pairwise((None, *edges, None)))
         for number in np.unique(place):
-            inside = scatter[place == number]
-            bands.append(
-                NoiseBand(
-                    variable=variable,
-                    low=edges[number - 1] if number > 0 else None,
-                    high=edges[number] if number < len(edges) else None,
-                    count=len(inside),
-                    single=rms(inside["single"]),
-                    mean=rms(inside["mean"]),
-                )
-            )
+            (low, high), inside = ends[number], scatter[place == number]
+            scattered = {name: rms(inside[name]) for name in ("single", "mean")}
+            bands.append(NoiseBand(variable=variable, low=low, high=high, count=len(inside), **scattered))
     return NoiseFloor(
         points=len(scatter),
         realisations=float(scatter["realisations"].mean()),

@@ -14,8 +14,7 @@ import numpy as np
 from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
 from ehl.material import Material, effective_modulus
-from ehl.state import ContactState
-from regression.friction.conditions import Array, conditions_of
+from regression.friction.conditions import Array, conditions_of, state_across
 from regression.friction.fitted import FittedFormula
 from regression.plan.sampling import to_range
 
@@ -96,6 +95,7 @@ def formula_sensitivity(formula: FittedFormula, oil: Oil, size: int = SIZE) -> S
     names = tuple(n for n in INPUTS if n in formula.ranges and formula.ranges[n][0] < formula.ranges[n][1])
     steel = Material.load("steel")
     fixed = {n: formula.ranges[n][0] for n in INPUTS if n in formula.ranges and n not in names}
+    fixed["effective_modulus"] = effective_modulus(steel, steel)
 
     def log_mu(unit: Array) -> Array:
         values = {
@@ -103,15 +103,7 @@ def formula_sensitivity(formula: FittedFormula, oil: Oil, size: int = SIZE) -> S
             for name, column in zip(names, unit.T, strict=True)
         }
         values |= {name: np.full(len(unit), value) for name, value in fixed.items()}
-        rough = values.pop("roughness_rms", np.zeros(len(unit))) / np.sqrt(2.0)
-        state = ContactState.of(
-            slide_to_roll=values.pop("slide_to_roll_total"),
-            effective_modulus=effective_modulus(steel, steel),
-            roughness_rms_1=rough,
-            roughness_rms_2=rough,
-            **values,
-        )
-        mu = formula.evaluate(conditions_of(state, oil)).mu
+        mu = formula.evaluate(conditions_of(state_across(values), oil)).mu
         if not np.isfinite(mu).all():
             raise InputError("formula", formula.name, "a formula with a value everywhere in its range")
         return np.log(mu)

@@ -172,6 +172,14 @@ def _checked(name: str, value: Any) -> Array:
     return np.array(numbers).reshape(given.shape)
 
 
+def state_across(values: Mapping[str, ArrayLike]) -> ContactState:
+    """Contact points by `slide_to_roll_total`, across the contact line, and `roughness_rms`, in equal shares."""
+    rest = {name: value for name, value in values.items() if name not in ("slide_to_roll_total", "roughness_rms")}
+    rough = np.asarray(values.get("roughness_rms", 0.0)) / np.sqrt(2.0)
+    sliding = values["slide_to_roll_total"]
+    return ContactState.of(slide_to_roll=sliding, roughness_rms_1=rough, roughness_rms_2=rough, **rest)
+
+
 def conditions_of(state: ContactState, oil: Oil) -> dict[str, Array]:
     """All variables of `UNITS`, and the bulk temperatures, at every contact point, in the shape of the state."""
     columns = {name: np.asarray(getattr(state, name), dtype=float) for name in STATE_UNITS}

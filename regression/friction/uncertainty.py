@@ -9,6 +9,7 @@ import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -63,6 +64,7 @@ def friction_of(model: FrictionModel, state: ContactState, oil: Oil) -> Array:
 
 
 Case = tuple[FrictionModel, ContactState, Oil]
+Moving = Callable[[Spread, Case, float], Case]  # the case with an input of this spread shifted by standard deviations
 
 
 def friction_of_cases(cases: Sequence[Case]) -> list[Array]:
@@ -92,12 +94,11 @@ def uncertain_inputs(
 ) -> list[UncertainInput[Case]]:
     """Every uncertain input of a case."""
 
-    def entry(name: str, input: str, at: Callable[[Case, Spread, float], Case]) -> UncertainInput[Case]:
-        spread = spreads.spread(input, oil)
-        return UncertainInput(name, input, spread, lambda case, z: at(case, spread, z))
+    rms = ("roughness_rms_1", "roughness_rms_2")
+    bulk = ("temperature_bulk_1", "temperature_bulk_2", *(("temperature_oil",) if warm_inlet else ()))
 
-    def of_state(*fields: str) -> Callable[[Case, Spread, float], Case]:
-        def moved(case: Case, spread: Spread, z: float) -> Case:
+    def of_state(*fields: str) -> Moving:
+        def moved(spread: Spread, case: Case, z: float) -> Case:
             values = {field: np.asarray(spread.at(getattr(case[1], field), z)) for field in fields}
             if fields == bulk:  # laws of oils end there
                 values = {field: np.clip(value, *TEMPERATURE_RANGE) for field, value in values.items()}
@@ -105,35 +106,17 @@ def uncertain_inputs(
 
         return moved
 
-    def of_oil(name: str) -> Callable[[Case, Spread, float], Case]:
-        return lambda case, spread, z: (*case[:2], varied_oil(case[2], name, spread.sd, z))
+    def of_oil(name: str) -> Moving:
+        return lambda spread, case, z: (*case[:2], varied_oil(case[2], name, spread.sd, z))
 
-    def of_model(field: str, value: float, least: float, most: float) -> Callable[[Case, Spread, float], Case]:
-        return lambda case, spread, z: (_with(case[0], field, min(max(spread.at(value, z), least), most)), *case[1:])
+    def of_model(field: str, value: float, least: float, most: float) -> Moving:
+        return lambda spread, case, z: (_with(case[0], field, min(max(spread.at(value, z), least), most)), *case[1:])
 
-    rms = ("roughness_rms_1", "roughness_rms_2")
-    both = [("roughness_rms", rms)] if spreads.shared_rms else [(name, (name,)) for name in rms]
-    bulk = ("temperature_bulk_1", "temperature_bulk_2", *(("temperature_oil",) if warm_inlet else ()))
-    found = [entry(name, name, of_oil(name)) for name in VARIABLES]
-    found += [entry(name, "roughness_rms", of_state(*fields)) for name, fields in both]
-    found.append(entry("correlation_length", "correlation_length", of_state("correlation_length")))
-
-    def laid(case: Case, _: Spread, z: float) -> Case:
+    def laid(_: Spread, case: Case, z: float) -> Case:
         length, gamma = spreads.lay_moved(case[1].correlation_length, case[1].peklenik_number, z)
         return case[0], replace(case[1], correlation_length=length, peklenik_number=gamma), case[2]
 
-    found.append(entry("peklenik_number", "peklenik_number", laid))
-    mu_b = boundary_friction_of(model)
-    if np.isfinite(mu_b):
-        found.append(entry("boundary_friction", "boundary_friction", of_model("boundary_friction", mu_b, 0.0, 1.0)))
-    if hasattr(model, "boundary_film"):
-        film = of_model("boundary_film", SurfaceInput(boundary_film=model.boundary_film).film_of_contact, *FILMS)
-        found.append(entry("boundary_film", "boundary_film", film))
-    else:
-        found.append(entry("boundary_film", "boundary_film", lambda case, spread, z: case))
-    found.append(entry("temperature_bulk", "temperature_bulk", of_state(*bulk)))
-
-    def conducting(case: Case, spread: Spread, z: float) -> Case:
+    def conducting(spread: Spread, case: Case, z: float) -> Case:
         held: Any = case[0]
         if not hasattr(held, "bodies"):  # a formula uses stated slopes only
             return case
@@ -143,8 +126,23 @@ def uncertain_inputs(
         )
         return replace(held, bodies=bodies), *case[1:]
 
-    found.append(entry("conductivity_solid", "conductivity_solid", conducting))
-    return [one for one in found if not one.spread.known]
+    moving: dict[str, Moving] = {name: of_oil(name) for name in VARIABLES}
+    moving |= {"roughness_rms": of_state(*rms)} if spreads.shared_rms else {name: of_state(name) for name in rms}
+    moving |= {"correlation_length": of_state("correlation_length"), "peklenik_number": laid}
+    mu_b = boundary_friction_of(model)
+    if np.isfinite(mu_b):
+        moving["boundary_friction"] = of_model("boundary_friction", mu_b, 0.0, 1.0)
+    moving["boundary_film"] = lambda spread, case, z: case
+    if hasattr(model, "boundary_film"):
+        film = SurfaceInput(boundary_film=model.boundary_film).film_of_contact
+        moving["boundary_film"] = of_model("boundary_film", film, *FILMS)
+    moving |= {"temperature_bulk": of_state(*bulk), "conductivity_solid": conducting}
+    found = []
+    for name, moved in moving.items():
+        of = "roughness_rms" if name in rms else name
+        if not (spread := spreads.spread(of, oil)).known:
+            found.append(UncertainInput(name, of, spread, partial(moved, spread)))
+    return found
 
 
 def varied_oil(oil: Oil, name: str, sd: float, score: float) -> Oil:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -37,14 +38,19 @@ from ehl.inputs import ModelInput, SolidInput, SurfaceInput
 from ehl.material import Material, effective_modulus
 from ehl.surface.finish import default_correlation_length
 from regression.friction.conditions import LUBRICANT_UNITS, derive, lubricant_columns
-from regression.plan.axes import EXCLUSIVE, REQUIRED, VARIABLES, PlanAxis, Variables, evenly_spaced
 from regression.plan.cost import ALLOWED_TIME_CAP, CostEstimate, contact_seconds
 from regression.plan.sampling import (
+    EXCLUSIVE,
+    REQUIRED,
+    VARIABLES,
+    WINDOWS,
     Accept,
     BoxSampler,
     Constraints,
     ConstraintWindow,
+    PlanAxis,
     PointBlock,
+    Variables,
     constrained_quantities,
     filtered,
     lattice,
@@ -103,11 +109,11 @@ class Plan(InputModel, Reportable):
         Name and description of the plan.
     sampling : Sampling
         Sampling of the ranges.
-    variables : Variables
+    variables : dict of str to PlanAxis
         Ranges, lists and values, SI.
     table : dict of str to tuple
         Columns of individual points, SI.
-    constraints : Constraints
+    constraints : dict of str to ConstraintWindow
         Windows that every point must satisfy.
     lubricant : dict
         Oil card or cards, or a lubricant by numbers.
@@ -135,9 +141,9 @@ class Plan(InputModel, Reportable):
     name: Name
     description: str = ""
     sampling: Sampling = Sampling()
-    variables: Variables = Variables()
+    variables: Variables = Field(default_factory=dict)
     table: Columns = Field(default_factory=dict)
-    constraints: Constraints = Constraints()
+    constraints: Constraints = Field(default_factory=dict)
     lubricant: dict[str, Any]
     solid_1: SolidInput = SolidInput()
     solid_2: SolidInput = SolidInput()
@@ -215,7 +221,8 @@ class Plan(InputModel, Reportable):
                 defaults = json.loads(field.default.model_dump_json())
                 content[key] = {k: v for k, v in stored.get(key, {}).items() if v != defaults.get(k)}
         for key, kind in (("variables", PlanAxis), ("constraints", ConstraintWindow)):
-            content[key] = {name: validate(kind, entry, f"plan.{key}.{name}") for name, entry in content[key].items()}
+            given = {name: entry for name, entry in stored.get(key, {}).items() if entry is not None}
+            content[key] = {name: validate(kind, entry, f"plan.{key}.{name}") for name, entry in given.items()}
         return validate(cls, content)
 
     @model_validator(mode="after")
@@ -229,11 +236,10 @@ class Plan(InputModel, Reportable):
             hint = f"A plan with [constraints] may have {MAX_DRAWN * MAX_CASES} before they are applied."
             raise InputError("variables", cases, f"at most {MAX_CASES} cases", hint)
         # cases at both ends of every axis and for every row of a table are validated, so that errors appear at once
-        rows = len(next(iter(self.table.values()), ("",)))
         for oil in self.oils or (None,):
             for end in (0, -1):
                 ends = {name: axis.values[end] for name, axis in self.axes.items()}
-                for row in range(rows if end == 0 else 1):
+                for row in range(self._rows if end == 0 else 1):
                     values = {name: float(column[row]) for name, column in self.columns.items()}
                     self.case({**ends, **values}, oil=self._oils_of([row], oil)[0])
         if self.count > MAX_CASES:
@@ -271,7 +277,7 @@ class Plan(InputModel, Reportable):
         if size is not None and not sampled:
             raise InputError("sampling.size", size, "no size if no variable is a range")
         power = size is None or size & (size - 1) == 0
-        if size is not None and not power and sampling.method == "sobol" and not self.constraints.windows:
+        if size is not None and not power and sampling.method == "sobol" and not self.constraints:
             below = 1 << (size.bit_length() - 1)
             raise InputError("sampling.size", size, f"a power of two such as {below} or {2 * below}")
         if sampling.corners and not 1 <= len(sampled) <= MAX_CORNER_VARIABLES:
@@ -283,20 +289,12 @@ class Plan(InputModel, Reportable):
     @cached_property
     def axes(self) -> dict[str, PlanAxis]:
         """The variables; in a factorial plan every range is replaced by its levels."""
-        axes = self.variables.axes
+        axes = self.variables
         if self.sampling.method != "factorial":
             return axes
         if self.sampling.levels is None and any(axis.sampled for axis in axes.values()):
             raise InputError("sampling.levels", None, "the number of levels of each range")
-        return {
-            name: PlanAxis(
-                values=evenly_spaced(axis.values[0], axis.values[1], axis.scale, self.sampling.levels or 2),
-                scale=axis.scale,
-            )
-            if axis.sampled
-            else axis
-            for name, axis in axes.items()
-        }
+        return {name: axis.levelled(self.sampling.levels or 2) for name, axis in axes.items()}
 
     @cached_property
     def oils(self) -> tuple[str, ...]:
@@ -314,24 +312,28 @@ class Plan(InputModel, Reportable):
     @cached_property
     def count(self) -> int:
         """Number of cases."""
-        return len(self.points) if self.constraints.windows else self._count_unconstrained
+        return len(self.points) if self.constraints else self._count_unconstrained
 
     @property
     def _count_unconstrained(self) -> int:
-        axes = self.axes.values()
-        sampled = sum(axis.sampled for axis in axes)
-        corners = min(self.sampling.corners, 2**sampled) if type(self.sampling.corners) is int else 2**sampled
-        points = (self.sampling.size or 1) + (corners if self.sampling.corners else 0)
-        for axis in axes:
-            points *= 1 if axis.sampled else len(axis.values)
-        if self.table:
-            points *= len(next(iter(self.table.values())))
-        return points * (1 if "oil" in self.table else max(len(self.oils), 1)) * self.sampling.realisations
+        axes, corners = self.axes.values(), self.sampling.corners
+        most: int = 2 ** sum(axis.sampled for axis in axes)
+        points = (self.sampling.size or 1) + (most if corners is True else min(corners, most))
+        lists = math.prod(len(axis.values) for axis in axes if not axis.sampled)
+        oils = 1 if "oil" in self.table else max(len(self.oils), 1)
+        return points * lists * self._rows * oils * self.sampling.realisations
+
+    @property
+    def _rows(self) -> int:
+        """Rows of the table; 1 without a table."""
+        return len(next(iter(self.table.values()), ("",)))
 
     @property
     def plan_hash(self) -> str:
         """Hash of all entries that influence the cases and their results."""
         content = self.model_dump(mode="json", exclude={"name", "description"})
+        for key, names in (("variables", VARIABLES), ("constraints", WINDOWS)):
+            content[key] = dict.fromkeys(names) | content[key]
         return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
     @cached_property
@@ -361,10 +363,10 @@ class Plan(InputModel, Reportable):
             {name: count / rejected["drawn"] for name, count in rejected.items() if name != "drawn"},
         )
 
-    def _blocks(self, accept: Accept | None) -> Iterator[PointBlock]:
+    def _blocks(self, accept: Accept) -> Iterator[PointBlock]:
         sampler = BoxSampler(self.axes, self.sampling.method, self.sampling.seed)
         if self.table:
-            yield filtered("table", self.columns, np.arange(len(next(iter(self.table.values())))), accept)
+            yield filtered("table", self.columns, np.arange(self._rows), accept)
         elif sampler.ranges:
             assert self.sampling.size is not None
             yield sampler.inside(self.sampling.size, accept)
@@ -377,20 +379,17 @@ class Plan(InputModel, Reportable):
         """Oil card of each point: that of its row of the table, otherwise `oil`."""
         return [str(self.table["oil"][row]) if "oil" in self.table else oil for row in rows]
 
-    def _constraint_filter(self, fixed: Mapping[str, float], oil: str | None, rejected: Counter[str]) -> Accept | None:
-        """Function that selects points inside all windows of the constraints; None without constraints.
+    def _constraint_filter(self, fixed: Mapping[str, float], oil: str | None, rejected: Counter[str]) -> Accept:
+        """Function that selects points inside all windows of the constraints.
 
         `rejected` counts the points outside of each window, and all points under ``drawn``.
         """
-        windows = self.constraints.windows
-        if not windows:
-            return None
 
         def accept(columns: dict[str, FloatArray], number: IntArray) -> NDArray[np.bool_]:
             values = {**{name: np.full(number.size, value) for name, value in fixed.items()}, **columns}
-            quantities = self.constrained(values, self._oils_of(number, oil))
+            quantities = self.constrained(values, self._oils_of(number, oil)) if self.constraints else {}
             passed = np.ones(number.size, dtype=bool)
-            for name, window in windows.items():
+            for name, window in self.constraints.items():
                 inside = window.holds(quantities[name])
                 rejected[name] += int(np.count_nonzero(~inside))
                 passed &= inside
@@ -401,7 +400,7 @@ class Plan(InputModel, Reportable):
 
     def constrained(self, columns: Mapping[str, FloatArray], oils: Sequence[str | None]) -> dict[str, FloatArray]:
         """The quantities of `Constraints` at given values of the variables."""
-        needs_oil = "film_ratio" in self.constraints.windows
+        needs_oil = "film_ratio" in self.constraints
         ratio = self.conditions(columns, oils)["film_ratio_formula"] if needs_oil else None
         return constrained_quantities(self._state_columns(columns, len(oils)), self.bodies, ratio)
 

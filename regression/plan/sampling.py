@@ -1,32 +1,141 @@
-"""Points of a plan: Sobol or Latin hypercube in the ranges, corners of the box, full factorial, rows of a table.
+"""Variables of a plan, constraints, and points: Sobol, Latin hypercube, corners, full factorial, rows of a table.
 
-Constraints of a plan: combinations of its variables that do not occur in gears are skipped.
-
-Each is a window on one quantity that follows from a point by a closed formula.
+A variable is a sampled range, the levels of a range, a list, or one value. Constraints exclude combinations that do not
+occur in gears: each is a window on one quantity that follows from a point by a closed formula.
 """
 
+from __future__ import annotations
+
 import itertools
+import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from functools import partial
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import create_model
+from pydantic import BeforeValidator
 from scipy.stats import qmc
 
 from ehl.common.arrays import FloatArray, IntArray
-from ehl.common.errors import InputError
+from ehl.common.errors import InputError, check_count, near
 from ehl.common.units import ValueRange, value_range
-from ehl.common.validation import InputModel
+from ehl.common.validation import InputModel, value_range_of
+from ehl.fluid.lubricant_inputs import PressureViscosity, Stress, Viscosity
 from ehl.fluid.viscosity import TEMPERATURE_RANGE
-from ehl.inputs import LoadPerLength, SlidingSpeed
+from ehl.inputs import LoadPerLength, SlidingSpeed, SurfaceInput
 from ehl.line_contact import blok_1937, half_width_of_pressure, hertz_load
 from ehl.material import Material
-from regression.friction.conditions import MIN_ROUGHNESS
-from regression.plan.axes import PlanAxis, optional_fields, read_ends
+from regression.friction.conditions import MIN_ROUGHNESS, POINT
 
 FLASH_FRICTION = 0.05  # friction coefficient of the flash temperature constraint (Coleman's constant)
+MAX_LEVELS = 1000
+
+
+class PlanAxis(InputModel):
+    """One variable of a plan: a sampled range, or a list of values."""
+
+    values: tuple[float, ...]
+    sampled: bool = False
+    scale: Literal["linear", "log"] = "linear"
+
+    def levelled(self, count: int) -> PlanAxis:
+        """Levels of the range, both ends exact; evenly spaced, on a log scale in the logarithm. A list is unchanged."""
+        if not self.sampled:
+            return self
+        low, high = self.values
+        if self.scale == "log":
+            step = math.log(high / low) / (count - 1)
+            inner = (low * math.exp(step * i) for i in range(1, count - 1))
+        else:
+            inner = (low + (high - low) * i / (count - 1) for i in range(1, count - 1))
+        return PlanAxis(values=(low, *inner, high), scale=self.scale)
+
+
+def read_ends(value: dict[str, Any], quantity: ValueRange) -> tuple[float | None, float | None]:
+    """The ends of a range or window as numbers with low < high; None for an end that is not given."""
+    low, high = (quantity.check(value[key], key) if key in value else None for key in ("low", "high"))
+    if low is not None and high is not None and not low < high:
+        hint = "Exchange the two ends." if low > high else "Give a single value without a table."
+        raise InputError("high", value["high"], f"above low = {value['low']!r}", hint)
+    return low, high
+
+
+def _read_axis(value: Any, quantity: ValueRange) -> PlanAxis:
+    """An axis from a plan file: a value, a list, or a table with low, high, scale and optionally levels."""
+    if isinstance(value, PlanAxis):
+        return value
+    if isinstance(value, list):
+        if not 1 <= len(value) <= MAX_LEVELS:
+            raise InputError("values", f"list of {len(value)}", f"a list of 1 to {MAX_LEVELS} values")
+        values = tuple(quantity.check(item, f"values[{i}]") for i, item in enumerate(value))
+        if len(set(values)) < len(values):
+            raise InputError("values", value, "a list of different values")
+        return PlanAxis(values=values)
+    if not isinstance(value, dict):
+        return PlanAxis(values=(quantity.check(value, "value"),))
+    keys = ("low", "high", "scale", "levels")
+    unknown = sorted(set(value) - set(keys))
+    if unknown:
+        raise InputError(unknown[0], value[unknown[0]], "low, high, scale and levels", near(unknown[0], keys))
+    low, high = read_ends(value, quantity)
+    if low is None or high is None:
+        raise InputError("low" if low is None else "high", None, "both ends of the range")
+    scale = value.get("scale", "linear")
+    if scale not in ("linear", "log"):
+        raise InputError("scale", scale, "linear or log")
+    if scale == "log" and low <= 0.0:
+        raise InputError("low", value["low"], "above zero with scale = 'log'")
+    axis = PlanAxis(values=(low, high), sampled=True, scale=scale)
+    if "levels" not in value:
+        return axis
+    check_count("levels", value["levels"], 2, MAX_LEVELS)
+    return axis.levelled(value["levels"])
+
+
+REQUIRED = ("pressure_hertz", "radius_equivalent", "speed_entrainment", "slide_to_roll")
+# unit and range of every variable; the names are keys of a contact file, or ratios that exist in plans only
+VARIABLES: dict[str, ValueRange] = {
+    **{name: POINT[name] for name in (*REQUIRED, "speed_sliding_lengthwise")},
+    "lengthwise_to_roll": POINT["slide_to_roll"],
+    "temperature_oil": POINT["temperature_oil"],
+    **dict.fromkeys(("roughness_rms", "roughness_rms_1", "roughness_rms_2"), POINT["roughness_rms"]),
+    **{name: POINT[name] for name in ("correlation_length", "peklenik_number")},
+    **{name: value_range_of(SurfaceInput, name) for name in ("boundary_film", "boundary_friction")},
+    "viscosity_inlet": value_range(Viscosity),
+    "pressure_viscosity": value_range(PressureViscosity),
+    "eyring_stress": value_range(Stress),
+}
+EXCLUSIVE = (
+    ("lengthwise_to_roll", "speed_sliding_lengthwise"),
+    ("roughness_rms", "roughness_rms_1"),
+    ("roughness_rms", "roughness_rms_2"),
+)
+
+
+def _read_each(
+    value: Any, quantities: Mapping[str, ValueRange], read: Callable[[Any, ValueRange], Any]
+) -> dict[str, Any]:
+    """Entries of a table in the order of the quantities; `InputError` for all wrong ones together."""
+    if not isinstance(value, dict):
+        raise InputError("", value, "a table")
+    found, problems = {}, list[InputError]()
+    for name, entry in value.items():
+        try:
+            if name not in quantities:
+                raise InputError("", entry, "one of " + ", ".join(quantities), near(name, quantities))
+            found[name] = read(entry, quantities[name])
+        except InputError as error:
+            for p in error.problems:
+                problems.append(InputError(f"{name}.{p.field}".rstrip("."), p.value, p.allowed, p.hint))
+    if problems:
+        raise InputError.of(problems)
+    return {name: found[name] for name in quantities if name in found}
+
+
+Variables = Annotated[dict[str, PlanAxis], BeforeValidator(partial(_read_each, quantities=VARIABLES, read=_read_axis))]
+"""The variables of a plan; omitted variables keep the default of the case."""
 
 
 class ConstraintWindow(InputModel):
@@ -67,20 +176,10 @@ WINDOWS = {
     "temperature_flash": ValueRange("K", ge=TEMPERATURE_RANGE[0], le=3000.0),
 }
 
-
-class _Constraints(InputModel):
-    @property
-    def windows(self) -> dict[str, ConstraintWindow]:
-        """The windows given."""
-        return {name: window for name, window in self if window is not None}
-
-
-if TYPE_CHECKING:
-    Constraints = _Constraints
-else:
-    _FIELDS = optional_fields(ConstraintWindow, _read_window, WINDOWS)
-    Constraints = create_model("Constraints", __base__=_Constraints, __module__=__name__, **_FIELDS)
-    Constraints.__doc__ = "Windows that every point must satisfy."
+Constraints = Annotated[
+    dict[str, ConstraintWindow], BeforeValidator(partial(_read_each, quantities=WINDOWS, read=_read_window))
+]
+"""Windows that every point must satisfy."""
 
 
 def constrained_quantities(
@@ -171,7 +270,7 @@ class BoxSampler:
         ranges = enumerate(self.ranges.items())
         return {name: to_range(unit[:, i], axis.values[0], axis.values[1], axis.scale) for i, (name, axis) in ranges}
 
-    def inside(self, size: int, accept: Accept | None) -> PointBlock:
+    def inside(self, size: int, accept: Accept) -> PointBlock:
         """`size` points that satisfy the constraints.
 
         A Sobol sequence continues until there are enough points. A Latin hypercube cannot be continued, so that
@@ -185,8 +284,7 @@ class BoxSampler:
             return filtered("latin", columns, np.arange(size), accept)
         engine = qmc.Sobol(dimension, scramble=True, rng=random)
         chunk = 1 << (size - 1).bit_length() if size > 1 else 1
-        parts: list[PointBlock] = []
-        found, drawn = 0, 0
+        parts, found, drawn = list[PointBlock](), 0, 0
         while found < size:
             if drawn >= MAX_DRAWN * max(size, 64):
                 hint = "Widen the windows, or narrow the ranges."
@@ -200,7 +298,7 @@ class BoxSampler:
         number = np.concatenate([part.number for part in parts])[:size]
         return PointBlock("sobol", columns, number)
 
-    def corners(self, count: int | None, accept: Accept | None) -> PointBlock:
+    def corners(self, count: int | None, accept: Accept) -> PointBlock:
         """At most `count` corners of the box that satisfy the constraints."""
         unit = corner_unit(len(self.ranges), count, self.seed)
         block = filtered("corner", self.columns(unit), np.arange(len(unit)), accept)
@@ -208,9 +306,7 @@ class BoxSampler:
         return PointBlock("corner", columns, block.number[:count])
 
 
-def filtered(origin: str, columns: dict[str, FloatArray], number: IntArray, accept: Accept | None) -> PointBlock:
+def filtered(origin: str, columns: dict[str, FloatArray], number: IntArray, accept: Accept) -> PointBlock:
     """A block of the accepted points."""
-    if accept is None:
-        return PointBlock(origin, columns, number)
     inside = accept(columns, number)
     return PointBlock(origin, {name: column[inside] for name, column in columns.items()}, number[inside])

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterator
-from dataclasses import dataclass
 from functools import cached_property, partial
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-import numpy as np
+import pandas as pd
 
 from ehl import SOLVER
 from ehl.common.errors import InputError, check_count
@@ -18,52 +16,14 @@ from ehl.common.progress import ProgressCallback
 from ehl.common.runner import checked_jobs, cluster
 from ehl.common.sections import Medium, Section
 from ehl.common.threads import one_thread
-from ehl.contact import Contact
 from ehl.warmup import prepare_workers
 from regression.data.dataset import Dataset, RunStatus, load_dataset, results_path, run_status
 from regression.data.result_files import merge, read_meta
-from regression.friction.conditions import STATE_UNITS
 from regression.friction.published_registry import PUBLISHED
 from regression.plan.cost import ALLOWED_TIME_CAP
 from regression.plan.plan import Plan
-from regression.sweeping.evaluators import fallback_settings, input_row, published_outputs, solve_outputs
+from regression.sweeping.evaluators import published_outputs, solve_outputs
 from regression.sweeping.sweep import SweepReport, sweep_shard
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-SHARE = 0.01
-# what distinguishes the cases of a plan
-_IDENTITY = (*(STATE_UNITS.keys() - {"effective_modulus", "roughness_rms_2"}), "boundary_friction", "seed")
-
-
-@dataclass(frozen=True)
-class Rerun:
-    """One case computed again."""
-
-    key: str  # of the row in the dataset
-    stored: float  # friction coefficient of the dataset
-    computed: float  # friction coefficient of the present solver
-    error: float  # stated relative errors of both, combined
-    seconds: float  # stored CPU time
-
-    @property
-    def difference(self) -> float:
-        """|computed/stored - 1|."""
-        return abs(self.computed / self.stored - 1.0)
-
-
-def row_of(dataset: Dataset, case: Contact) -> dict[Hashable, Any]:
-    """The row of a case, found by its inputs because its key depends on the version of the solver."""
-    inputs, frame = input_row(case), dataset.frame
-    here = frame["oil"] == inputs["oil"]
-    for name in _IDENTITY:
-        here &= np.isclose(frame[name], float(inputs[name]), rtol=1e-9, atol=0.0)
-    if not here.any():
-        hint = "Use the plan of this dataset."
-        raise InputError("plan", dataset.plan_name, "the plan of the dataset", hint)
-    return frame[here].iloc[0].to_dict()
-
 
 MAX_RETRIES = 100  # far more than there are fallback settings
 
@@ -133,37 +93,6 @@ class Run(PathLike[str], TableResult):
         if computed_by in PUBLISHED:
             options.setdefault("formula", computed_by)
         return sweep(self.plan, self.path, retry_failed=True, **options)
-
-    def rerun(self, plan: Plan | None = None, *, share: float = SHARE, seed: int = 1) -> Iterator[Rerun]:
-        """Compute a random share of the cases (of `plan` or the stored one) again; yields stored and new friction.
-
-        Raises
-        ------
-        InputError
-            A case of the plan is not among the results.
-        ConvergenceError
-            A case with a stored result has no result now.
-        """
-        dataset, plan = self.dataset(), plan or self.plan
-        order = np.random.default_rng(seed).permutation(len(plan.points))
-        remaining = max(int(np.ceil(share * len(order))), 1)
-        for index in order:
-            if remaining == 0:
-                return
-            case = plan.case_at(int(index))
-            row = row_of(dataset, case)
-            if row["status"] == "failed":
-                continue
-            remaining -= 1
-            setting = fallback_settings(case, max(int(row["attempts"]) - 1, 0))
-            outputs = solve_outputs(case if setting is None else setting[0])
-            yield Rerun(
-                str(row["key"]),
-                float(row["friction_coefficient"]),
-                float(outputs["friction_coefficient"]),
-                float(np.hypot(float(row["friction_error"]), float(outputs.get("friction_error", 0.0)))),
-                float(row["seconds_cpu"]),
-            )
 
     def merge(self, target: str | Path, *, compress: bool = False, complete: bool = False) -> int:
         """Write all results into one file, sorted by case key; returns the number of cases.

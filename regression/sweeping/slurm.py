@@ -19,42 +19,43 @@ DEFAULT_TIME = "04:00:00"
 # options of sbatch that the script sets
 _OWN = ("array", "cpus-per-task", "dependency", "parsable", "wrap")
 
+# the first job compiles once for all tasks, which load the kernels from the cache folder of the user; the last job runs
+# in any case, since a task with a failed case ends with exit code 1
 _SCRIPT = """#!/bin/bash
 # Run this on the login node: bash FILE. It submits all jobs. A second run computes the missing cases.
 set -euo pipefail
 
-{before}array=$(sbatch --parsable{after} <<'EOF'
+{% if warmup %}
+kernels=$(sbatch --parsable <<'EOF'
 #!/bin/bash
-#SBATCH --array=1-{shards}
-#SBATCH --cpus-per-task={jobs}
-{options}
+#SBATCH --cpus-per-task=1
+{{ options }}
+exec {{ warmup }}
+EOF
+)
+{% endif %}
+array=$(sbatch --parsable{{ ' --dependency="afterany:${kernels%%;*}"' if warmup }} <<'EOF'
+#!/bin/bash
+#SBATCH --array=1-{{ shards }}
+#SBATCH --cpus-per-task={{ jobs }}
+{{ options }}
 # memory and time are per task; a task that was killed is resumed when the script is run again
-exec {sweep} --shard "${{SLURM_ARRAY_TASK_ID}}/{shards}"
+exec {{ sweep }} --shard "${SLURM_ARRAY_TASK_ID}/{{ shards }}"
 EOF
 )
-echo "array ${{array%%;*}}: {shards} tasks"
-"""
-# compiles once for all tasks, which load the kernels from the cache folder of the user
-_BEFORE = """kernels=$(sbatch --parsable <<'EOF'
+echo "array ${array%%;*}: {{ shards }} tasks"
+{% if last %}
+
+behind=$(sbatch --parsable --dependency="afterany:${array%%;*}" <<'EOF'
 #!/bin/bash
 #SBATCH --cpus-per-task=1
-{options}
-exec {warmup}
-EOF
-)
-"""
-_AFTER = ' --dependency="afterany:${kernels%%;*}"'
-# runs in any case, since a task with a failed case ends with exit code 1
-_BEHIND = """
-behind=$(sbatch --parsable --dependency="afterany:${{array%%;*}}" <<'EOF'
-#!/bin/bash
-#SBATCH --cpus-per-task=1
-{options}
+{{ options }}
 set -e
-{commands}
+{{ last.values() | join("\n") }}
 EOF
 )
-echo "then ${{behind%%;*}}: {what}"
+echo "then ${behind%%;*}: {{ last | join(" and ") }}"
+{% endif %}
 """
 
 
@@ -121,6 +122,8 @@ def slurm_script(
     exec mixed-ehl sweep demo --time-cap '600 s' --retries 1 -o run --shard "${SLURM_ARRAY_TASK_ID}/8"
     mixed-ehl sweep merge run -o all.h5 --complete
     """
+    from jinja2 import Template
+
     Plan.from_file(plan, changes)
     cap = time_cap if isinstance(time_cap, str) else f"{time_cap:g} s"
     check_options(formula, cap, retries)
@@ -131,24 +134,19 @@ def slurm_script(
     options = [part for change in changes for part in ("--set", change)] + (["--with", formula] if formula else [])
     options += ["--time-cap", cap, "--retries", str(retries), *(["--retry-failed"] if retry_failed else [])]
     given = {"job-name": "mixed-ehl", "time": DEFAULT_TIME} | _checked(sbatch or {})
-    directives = "\n".join(f"#SBATCH --{name}={value}" for name, value in given.items())
-    script = _SCRIPT.format(
+    last = {}
+    if merge is not None:
+        last["merge"] = _line([*program, "sweep", "merge", str(folder), "-o", str(merge), "--complete"])
+    if fit is not None:
+        last["fit"] = _line([*program, "fit", str(folder if merge is None else merge), "-o", str(fit)])
+    script: str = Template(_SCRIPT, trim_blocks=True, keep_trailing_newline=True).render(
         shards=tasks,
         jobs=jobs,
-        options=directives,
-        before="" if formula else _BEFORE.format(options=directives, warmup=_line([*program, "warmup", "rough"])),
-        after="" if formula else _AFTER,
+        options="\n".join(f"#SBATCH --{name}={value}" for name, value in given.items()),
+        warmup="" if formula else _line([*program, "warmup", "rough"]),
         sweep=_line([*program, "sweep", str(plan), *options, "-o", str(folder)]),
+        last=last,
     )
-    behind = []
-    if merge is not None:
-        behind.append([*program, "sweep", "merge", str(folder), "-o", str(merge), "--complete"])
-    if fit is not None:
-        behind.append([*program, "fit", str(folder if merge is None else merge), "-o", str(fit)])
-    if behind:
-        what = " and ".join(name for name, target in (("merge", merge), ("fit", fit)) if target is not None)
-        commands = "\n".join(map(_line, behind))
-        script += _BEHIND.format(options=directives, commands=commands, what=what)
     return script
 
 
@@ -167,5 +165,5 @@ def _checked(sbatch: Mapping[str, str]) -> dict[str, str]:
             raise InputError("sbatch", name, f"{allowed}; not {', '.join(_OWN)}, which the script sets")
         # values in the head of a script are not quoted
         if not re.fullmatch(r"[\w.,:;=@%+/\[\]-]+", value):
-            raise InputError(f"sbatch {name}", value, "a value without blanks or quotes")
+            raise InputError("sbatch", f"{name}={value}", "a value without blanks or quotes")
     return dict(sbatch)

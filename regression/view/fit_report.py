@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ehl import __version__
 from ehl.common.data import counted_reasons
 from ehl.common.errors import InputError
-from ehl.common.notes import GRADES, Note
+from ehl.common.notes import Note
 from ehl.common.progress import duration
 from ehl.common.quantities import format_number, quantities
 from ehl.common.sections import (
@@ -40,17 +40,7 @@ from regression.friction.conditions import Array
 from regression.friction.fitted import FittedFormula
 from regression.friction.models import COLEMAN_FRICTION
 from regression.friction.published_registry import PUBLISHED
-from regression.view import plots
-from regression.view.tables import (
-    band_table,
-    check_table,
-    coefficient_table,
-    conditions_text,
-    family_table,
-    interval_table,
-    not_fitted,
-    region_text,
-)
+from regression.view import plots, tables
 
 _OILS_SHOWN = 3
 _WORST = 10
@@ -81,7 +71,7 @@ def fit_sections(dataset: Dataset, formulas: Sequence[FittedFormula], tried: Ite
     """
     best = formulas[0]
     return [
-        _summary(dataset, formulas, tried),
+        _summary(dataset, best),
         _errors(dataset, best),
         _range_and_cost(dataset, best),
         *(_curves(dataset, formulas, oil) for oil in dataset.oils[:_OILS_SHOWN]),
@@ -100,63 +90,24 @@ def formula_sections(
 ) -> list[Section]:
     """Sections for the terminal (equation, errors by region, worst case) or for files (all tables)."""
     best = formulas[0]
-    ranking = [family_table(formulas, tried)] if len(formulas) > 1 or tried else []
-    interval = _interval(best, dataset)
+    ranking = [tables.family_table(formulas, tried)] if len(formulas) > 1 or tried else []
+    shown = [tables.band_table(best), tables.check_table(best), _interval(best, dataset)]
     if medium == "files":
-        tables = [*ranking, band_table(best), check_table(best), interval, coefficient_table(best)]
-        return [Section("", [Head(f"Fit of a friction formula: {best.label}"), *tables])]
-    return [Section("", [*ranking, Code(best.to_text()), band_table(best), interval, *_remarks(best, dataset)])]
+        head = Head(f"Fit of a friction formula: {best.label}")
+        return [Section("", [head, *ranking, *shown, tables.coefficient_table(best)])]
+    notes = Notes(_notes(dataset, best))
+    return [Section("", [*ranking, Code(best.to_text()), *shown, _answer(best), notes])]
 
 
 def _interval(formula: FittedFormula, dataset: Dataset | None) -> Table | Text:
     """Interval by film ratio; of all cases together if they are too few for bands."""
     if formula.interval.bands:
-        return interval_table(formula, () if dataset is None else interval_factors(dataset, formula))
+        return tables.interval_table(formula, () if dataset is None else interval_factors(dataset, formula))
     level, width = formula.interval.level, formula.interval.log_width
     factor = (
         f"exp({width:.3g} s), s the deviation at the point" if formula.interval.normalised else f"{math.exp(width):.3g}"
     )
     return Text(f"interval of {100 * level:g} %: from µ/factor to µ·factor at every film ratio, factor {factor}")
-
-
-def _remarks(formula: FittedFormula, dataset: Dataset | None) -> list[Item]:
-    """Lines below the tables of the terminal."""
-    said = []
-    worst = formula.validation.worst
-    where = conditions_text(worst.conditions, 4)
-    said.append(f"worst case {worst.key[:12]}: {100.0 * worst.relative_error:+.1f} % at {where}")
-    for what, checked in not_fitted(formula):
-        said.append(
-            f"{checked.count} {what}, not fitted: MAPE {100.0 * checked.mape:.1f} %, "
-            f"95 % {100.0 * checked.p95:.1f} %, worst {100.0 * checked.largest:.1f} %, RMSE of mu {checked.rmse:.2g}"
-            + ("" if checked.coverage is None else f", {100.0 * checked.coverage:.0f} % within their interval")
-            + ("" if checked.extrapolated is None else f", {100.0 * checked.extrapolated:.0f} % extrapolated")
-        )
-    if formula.noise is not None:
-        noise = formula.noise
-        said.append(
-            f"noise floor: {noise.points} points, {noise.realisations:.3g} roughness realisations each: scatter of "
-            f"one realisation {100.0 * noise.single:.2g} %, of their mean {100.0 * noise.mean:.2g} %"
-        )
-    if formula.nested is not None:
-        errors = f"MAPE {100.0 * formula.nested.mape:.1f} %, 95 % {100.0 * formula.nested.p95:.1f} %"
-        said.append(f"with held-out choice of the family: {errors}")
-    data = formula.data
-    said.append(
-        f"{data.used} of {data.count} cases used, {formula.folds} folds, standard deviation of the numerical "
-        f"error {100.0 * formula.noise_floor:.2g} %, condition number {formula.condition_number:.3g}"
-    )
-    if data.excluded:
-        said.append(f"excluded: {counted_reasons(data.excluded)}")
-    collinear = [f"{term} {value:.0f}" for term, value in formula.variance_inflation.items() if value > 10.0]
-    if collinear:
-        said.append(f"collinear terms (variance inflation above 10): {', '.join(collinear)}")
-    if dataset is not None and len(dataset) < dataset.planned:
-        said.append(
-            f"{dataset.planned - len(dataset)} of the {dataset.planned} cases of the plan are missing, because the "
-            "sweep is running or was stopped. Fit again when it is complete."
-        )
-    return [Text(line) for line in said]
 
 
 def _percent(value: float) -> str:
@@ -166,15 +117,20 @@ def _percent(value: float) -> str:
     return f"{percent:.{digits}f} %"
 
 
-def _summary(dataset: Dataset, formulas: Sequence[FittedFormula], tried: Iterable[str]) -> Section:
-    best = formulas[0]
-    errors = best.validation
+def _answer(best: FittedFormula) -> MainResult:
+    """Held-out errors of a formula."""
+    errors, worst = best.validation, best.validation.worst
     known = [
         (_percent(errors.p95), "95th percentile of the error"),
-        (_percent(abs(errors.largest)), f"largest, {conditions_text(errors.worst.conditions)}"),
+        (_percent(abs(errors.largest)), f"largest, case {worst.key[:8]} at {tables.conditions_text(worst.conditions)}"),
     ]
     if errors.coverage is not None:
         known.append((_percent(errors.coverage), f"of the cases inside their {100 * best.interval.level:g} % interval"))
+    return MainResult(_percent(errors.mape), "mean error of the formula on held-out contacts", known)
+
+
+def _summary(dataset: Dataset, best: FittedFormula) -> Section:
+    errors = best.validation
     # a formula fitted to several datasets has more cases than the dataset of this page
     own = best.data.used <= len(dataset.frame)
     fitted = (f"{best.data.used} of {len(dataset.frame)}", "cases fitted")
@@ -186,51 +142,58 @@ def _summary(dataset: Dataset, formulas: Sequence[FittedFormula], tried: Iterabl
     ]
     if best.noise is not None:
         tiles.append((_percent(best.noise.single), "scatter between roughness realisations: the noise floor"))
-    answer = MainResult(_percent(errors.mape), "mean error of the formula on held-out contacts", known)
     oils = ", ".join(dataset.oils) or "a lubricant without an oil card"
     footer = (
         "Errors are deviations from the results of the solver. They do not include the error of the solver against "
         "measurements."
     )
     head = Head("Fit of a friction formula", f"{dataset.plan_name}: {oils}", footer)
-    return Section("", [head, answer, KeyFigures(tiles), Notes(_notes(dataset, formulas, tried))])
+    return Section("", [head, _answer(best), KeyFigures(tiles), Notes(_notes(dataset, best))])
 
 
-def _notes(dataset: Dataset, formulas: Sequence[FittedFormula], tried: Iterable[str]) -> list[Note]:
-    """Notes on the best formula, warnings first."""
-    best, level, found = formulas[0], formulas[0].interval.level, []
+def _notes(dataset: Dataset | None, best: FittedFormula) -> list[Note]:
+    """Notes on a formula and its data, warnings first."""
+    level = best.interval.level
+    warnings, others = list[str](), list[str]()
     if best.validation.p95 > _LARGE:
-        text = f"5 % of the held-out contacts have errors above {_percent(best.validation.p95)}: use the interval"
-        found.append(Note("warning", text))
+        warnings.append(f"5 % of the held-out contacts have errors above {_percent(best.validation.p95)}")
     many = [band for band in best.bands if band.count >= _FEW]
     worst = max(many, key=lambda band: band.p95, default=None)
     if worst is not None and worst.p95 > 2.0 * best.validation.p95:
-        where = region_text(worst.variable, worst.low, worst.high)
-        text = f"largest errors at {where}: 5 % of the cases have errors above {_percent(worst.p95)}"
-        found.append(Note("warning", text))
+        where = tables.region_text(worst.variable, worst.low, worst.high)
+        warnings.append(f"largest errors at {where}: 5 % of the cases have errors above {_percent(worst.p95)}")
     narrow = [(band.coverage, band) for band in many if band.coverage is not None]
     share, band = min(narrow, key=lambda pair: pair[0], default=(1.0, None))
     if band is not None and share < level - 2.0 * math.sqrt(level * (1.0 - level) / band.count):
-        where = region_text(band.variable, band.low, band.high)
+        where = tables.region_text(band.variable, band.low, band.high)
         held = f"it contains {_percent(share)} of {band.count} cases"
-        found.append(Note("warning", f"the {100 * level:g} % interval is too narrow at {where}: {held}"))
-    counts = dataset.frame["status"].value_counts()
-    if failed := int(counts.get("failed", 0)):
-        found.append(
-            Note("warning", f"{failed} of {len(dataset.frame)} contacts have no result (last section of tables)")
-        )
-    for what, scores in not_fitted(best):
+        warnings.append(f"the {100 * level:g} % interval is too narrow at {where}: {held}")
+    for what, scores in tables.not_fitted(best):
         text = f"{scores.count} {what}, not fitted: mean error {_percent(scores.mape)}, 95 % {_percent(scores.p95)}"
-        found.append(Note("warning" if scores.p95 > 2.0 * best.validation.p95 else "for information", text))
-    if unsettled := int(counts.get("unsettled", 0)):
-        text = f"the error of {unsettled} of {len(dataset.frame)} contacts exceeds the tolerance"
-        found.append(Note("for information", text))
-    if collinear := [term for term, value in best.variance_inflation.items() if value > 10.0]:
-        text = f"{len(collinear)} of {len(best.coefficients)} coefficients are collinear: they have no physical meaning"
-        found.append(Note("for information", text))
-    if missing := sorted(set(tried) - {formula.label for formula in formulas}):
-        found.append(Note("for information", f"could not be fitted to these data: {', '.join(missing)}"))
-    return sorted(found, key=lambda note: GRADES.index(note.grade))
+        (warnings if scores.p95 > 2.0 * best.validation.p95 else others).append(text)
+    if dataset is not None:
+        cases, counts = len(dataset.frame), dataset.frame["status"].value_counts()
+        if failed := int(counts.get("failed", 0)):
+            warnings.append(f"{failed} of {cases} contacts have no result")
+        if cases < dataset.planned:
+            missing = f"{dataset.planned - cases} of the {dataset.planned} cases of the plan are missing"
+            warnings.append(f"{missing}, because the sweep is running or was stopped: fit again when it is complete")
+        if unsettled := int(counts.get("unsettled", 0)):
+            others.append(f"the error of {unsettled} of {cases} contacts exceeds the tolerance")
+    others.append(
+        f"{best.data.used} of {best.data.count} cases fitted, {best.folds} folds; standard deviation of the numerical "
+        f"error {_percent(best.noise_floor)}; condition number {best.condition_number:.3g}"
+    )
+    if best.data.excluded:
+        others.append(f"excluded: {counted_reasons(best.data.excluded)}")
+    if noise := best.noise:
+        others.append(
+            f"noise floor: scatter of one roughness realisation {_percent(noise.single)}, of the mean of "
+            f"{noise.realisations:.3g} {_percent(noise.mean)}, at {noise.points} points"
+        )
+    if collinear := [f"{term} {value:.0f}" for term, value in best.variance_inflation.items() if value > 10.0]:
+        others.append(f"collinear coefficients without a physical meaning (variance inflation): {', '.join(collinear)}")
+    return [*(Note("warning", text) for text in warnings), *(Note("for information", text) for text in others)]
 
 
 def _range_and_cost(dataset: Dataset, best: FittedFormula) -> Section:
@@ -277,41 +240,40 @@ def _comparison(dataset: Dataset, formulas: Sequence[FittedFormula], tried: Iter
     shares = (Column("inside", of="share", label="in its range"), Column("no value", of="share", label="no value"))
     heads = ("published formula", "mape", "p95", "bias", *shares)
     caption = "Published formulas for the same cases, not fitted. (M): constants partly or wholly unverified."
-    return Section("All formulas", [family_table(formulas, tried), Table(heads, _published_rows(dataset), caption)])
+    return Section(
+        "All formulas", [tables.family_table(formulas, tried), Table(heads, _published_rows(dataset), caption)]
+    )
 
 
 def _published_rows(dataset: Dataset) -> list[tuple[object, ...]]:
     frame = plots.checked_rows(dataset)
     mu, table = computed_friction(frame), columns(frame)
+
+    def row(name: str, value: Array, outside: NDArray[np.bool_]) -> tuple[object, ...]:
+        defined = np.isfinite(value)
+        relative = value[defined] / mu[defined] - 1.0
+        if not relative.size:
+            return (name, None, None, None, None, 1.0)
+        errors = (np.mean(np.abs(relative)), np.quantile(np.abs(relative), 0.95), np.mean(relative))
+        return (name, *errors, np.mean(~outside), np.mean(~defined))
+
     bases = np.array([Oil.load(name).base if name else "mineral" for name in frame["oil"]])
-    rows = [
-        _published_row("constant 0.05 (Coleman)", np.full(mu.size, COLEMAN_FRICTION), mu, np.zeros(mu.size, dtype=bool))
-    ]
+    rows = [row("constant 0.05 (Coleman)", np.full(mu.size, COLEMAN_FRICTION), np.zeros(mu.size, dtype=bool))]
     for published in PUBLISHED.values():
         value, outside = np.full(mu.size, np.nan), np.zeros(mu.size, dtype=bool)
         for base in np.unique(bases):
             here = bases == base
-            part = {variable: values[here] for variable, values in table.items()}
-            value[here], outside[here] = published.values(part, str(base))
-        rows.append(_published_row(published.label + published.mark, value, mu, outside))
+            value[here], outside[here] = published.values({name: v[here] for name, v in table.items()}, str(base))
+        rows.append(row(published.label + published.mark, value, outside))
     return rows
-
-
-def _published_row(name: str, value: Array, mu: Array, outside: NDArray[np.bool_]) -> tuple[object, ...]:
-    defined = np.isfinite(value)
-    relative = value[defined] / mu[defined] - 1.0
-    if not relative.size:
-        return (name, None, None, None, None, 1.0)
-    errors = (np.mean(np.abs(relative)), np.quantile(np.abs(relative), 0.95), np.mean(relative))
-    return (name, *errors, np.mean(~outside), np.mean(~defined))
 
 
 def _errors(dataset: Dataset, best: FittedFormula) -> Section:
     caption = "Held-out errors by band of each variable, with the number of cases."
-    tables = [check_table(best), _interval(best, dataset)]
+    shown = [tables.check_table(best), _interval(best, dataset)]
     return Section(
         "Errors by region",
-        [Picture(partial(plots.plot_bands, best), caption), *tables, Folded("In numbers", [band_table(best)])],
+        [Picture(partial(plots.plot_bands, best), caption), *shown, Folded("In numbers", [tables.band_table(best)])],
     )
 
 
@@ -364,7 +326,7 @@ def _curves(dataset: Dataset, formulas: Sequence[FittedFormula], oil: str) -> Se
 
 
 def _formula(best: FittedFormula) -> Section:
-    blocks: list[Item] = [Code(best.equation), coefficient_table(best)]
+    blocks: list[Item] = [Code(best.equation), tables.coefficient_table(best)]
     if network := best.network:
         known = quantities()
         inputs = ", ".join(known[name].label if name in known else name.replace("_", " ") for name in network.variables)

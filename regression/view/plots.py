@@ -14,11 +14,10 @@ import numpy as np
 from ehl.common.figures import BLUE, GREY, ORANGE, axes_or_new, figure_of, new_figure, panels
 from ehl.common.quantities import axis_label, quantity, to_display, typeset_units
 from ehl.fluid.oil import Oil
-from ehl.state import ContactState
 from regression.data.dataset import Dataset, columns
 from regression.fitting.cross_validation import held_out_friction
 from regression.fitting.rows import BANDS, boundary_friction_of, computed_friction, fitted_rows
-from regression.friction.conditions import Array, Conditions, conditions_of
+from regression.friction.conditions import Array, Conditions, conditions_of, state_across
 from regression.friction.fitted import FittedFormula, friction_of_form
 from regression.friction.models import COLEMAN_FRICTION, FrictionFlag
 from regression.friction.published_registry import PUBLISHED
@@ -43,7 +42,7 @@ _EXTRAPOLATED = (FrictionFlag.EXTRAPOLATED_NEAR, FrictionFlag.EXTRAPOLATED_FAR, 
 class CurveConditions:
     """Conditions of curves."""
 
-    dataset: Dataset  # rows of one oil are shown with the curves
+    frame: pd.DataFrame  # fitted rows; those of one oil are shown with the curves
     oil: Oil  # its card
     oil_name: str  # name of the oil in the rows: for a card of the user its path, not the name on the card
     held: Mapping[str, float]  # SI value of every variable; curves and maps vary some of them
@@ -55,32 +54,19 @@ class CurveConditions:
 
     def conditions(self, **varied: Array) -> dict[str, Array]:
         """Local conditions with some variables as arrays; sliding is across the contact line."""
-        values: dict[str, float | Array] = {**self.held, **varied}
-        rough = np.asarray(values["roughness_rms"]) / np.sqrt(2.0)
-        same = (
-            *("pressure_hertz", "radius_equivalent", "effective_modulus", "speed_entrainment"),
-            *("temperature_oil", "correlation_length", "peklenik_number"),
-        )
-        state = ContactState.of(
-            **{name: values[name] for name in same},
-            slide_to_roll=values["slide_to_roll_total"],
-            roughness_rms_1=rough,
-            roughness_rms_2=rough,
-        )
-        return conditions_of(state, self.oil)
+        return conditions_of(state_across({**self.held, **varied}), self.oil)
 
     def quantiles(
         self, name: str, shares: Sequence[float] = (0.15, 0.5, 0.85), above: float = -math.inf
     ) -> list[float]:
         """Quantiles of the values of a variable."""
         values = self.rows[name].to_numpy(dtype=float)
-        return list(map(float, np.quantile(values[values > above], shares)))
+        return [float(value) for value in np.quantile(values[values > above], shares)]
 
     @cached_property
     def rows(self) -> pd.DataFrame:
         """The fitted rows of the oil."""
-        frame = fitted_rows(self.dataset)
-        return frame[frame["oil"] == self.oil_name]
+        return self.frame[self.frame["oil"] == self.oil_name]
 
     def near(self, *free: str) -> tuple[Array, dict[str, Array]]:
         """Friction and variables of the computed cases near the constant values; variables in `free` are ignored."""
@@ -104,12 +90,12 @@ class CurveConditions:
 
 def middle_conditions(dataset: Dataset, oil: str) -> CurveConditions:
     """The middle of the data of one oil: the median of every variable."""
-    frame = fitted_rows(dataset)
-    frame = frame[frame["oil"] == oil]
+    every = fitted_rows(dataset)
+    frame = every[every["oil"] == oil]
     names = (*_HELD, "roughness_rms", "correlation_length", "peklenik_number", "effective_modulus")
     held = {name: float(frame[name].median()) for name in names}
     ranges = {name: (float(frame[name].min()), float(frame[name].max())) for name in names}
-    return CurveConditions(dataset, Oil.load(oil), oil, held, ranges)
+    return CurveConditions(every, Oil.load(oil), oil, held, ranges)
 
 
 def varies(middle: CurveConditions, name: str) -> bool:
@@ -130,8 +116,7 @@ def plot_stribeck(middle: CurveConditions, formulas: Sequence[FittedFormula]) ->
         axes.set(xscale="log", xlabel="film ratio λ by formula [-]", xlim=(ratio[0], ratio[-1]))
         axes.set_title(f"|SR| {sliding:.2g}", fontsize=10)
         plain_ticks(axes.xaxis, ratio[0], ratio[-1])
-    frame = fitted_rows(middle.dataset)
-    least, most = frame["friction_coefficient"].quantile((0.01, 0.995))
+    least, most = middle.frame["friction_coefficient"].quantile((0.01, 0.995))
     for axes in all_axes:
         axes.set(yscale="log", ylim=(0.6 * least, 2.0 * most))
         plain_ticks(axes.yaxis, 0.6 * least, 2.0 * most)

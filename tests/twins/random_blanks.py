@@ -1,4 +1,4 @@
-"""Random sensible blanks of bevel and hypoid pairs, as a designer could ask for them.
+"""Random plausible blanks of bevel and hypoid pairs.
 
 Ratios 1 to 6, offsets 0 to half the mean radius of the gear, gear spiral angles 0 to 50 deg, normal modules 1 to 15 mm,
 shaft angles 60 to 120 deg. "Sensible" ties together what belongs together: the gear is no crown gear (its pitch angle
@@ -177,7 +177,7 @@ def formate(content: dict[str, Any], index: int) -> bool:
 
 
 class Refused(Exception):
-    """A stage said no: stage and reason, and in words."""
+    """A stage failed: stage, reason and message."""
 
 
 def run_stage(stage: str, function: Any, *arguments: Any) -> Any:

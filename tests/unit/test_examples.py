@@ -63,7 +63,7 @@ def test_figures_of_later_cells_are_shown_and_objects_are_tables() -> None:
     assert any(data.get("text/plain", "").startswith("[1] ") for data in shown[7])
 
 
-# the examples of the page "Your files" are read as it says
+# the examples of the page "Your files" are read as described there
 PAGE = (ROOT / "docs" / "your_files.md").read_text(encoding="utf-8")
 EXAMPLES = re.findall(r"```text\n(.*?)```", PAGE, flags=re.S)
 

@@ -122,7 +122,7 @@ def test_other_files_are_not_imported(mixed_ehl: Any, tmp_path: Path, name: str,
 
 
 TRACTION, SETUP_FILE = (str(ROOT / "docs/examples" / name) for name in ("synthetic_traction.csv", "calibration.toml"))
-# right options of a command, and what the user wrote: option=value
+# right options of a command, and mistakes: option=value, and for an argument the field of the message
 OPTIONS: dict[str, tuple[tuple[Any, ...], dict[str, str], str]] = {
     "mu": (("mu", "75w90"), POINT, """
         --pressure=1.2 MN; --radius=15; --speed=5 rpm; --slide-to-roll=20 m; --temperature=90; --roughness-rms=0.4 mm;
@@ -157,7 +157,7 @@ OPTIONS: dict[str, tuple[tuple[Any, ...], dict[str, str], str]] = {
     "misalignment": (("misalignment", PAIR), {"--E": "0, 0.1 mm"}, """
         --E=0.1; --P=1 deg; --shaft-angle-error=1 mm; --side=up; --G=0.1; --marking=6; --E=0, 5 mm;
         --speed=1000 rpm"""),
-    # of the sizing, that was not asked for
+    # of the sizing, which is not requested
     "settings": (("settings", "fh_hypoid_9x34"), {}, "--torque=100 N m; --coast-torque=100 N m; --E=0.1 mm"),
     "axle-test": (("axle-test", PAIR), {}, """
         --application=singel; --torque-max=2500; --torque-max=100 N m; --revolutions-per-mile=1"""),
@@ -181,30 +181,33 @@ OPTIONS: dict[str, tuple[tuple[Any, ...], dict[str, str], str]] = {
         --family=shrot; --output=f.toml; --paths=none; --noise=none; --plot=x.xls; --report=x.pdf;
         --noise=gear_75w90_noise; --paths=gear_75w90_paths; --output=.; --report=f.json"""),
     "fit names": (("fit", "--output", "f.json"), {}, f"""
-        {ROOT}/data/plans/demo.toml=--corners; {ROOT}/data/oils/75w90.toml=--corners;
-        {ROOT}/data/designs/fm_hypoid_13x42.toml=--corners; {ROOT}/data/formulas/75w90.json=--corners;
-        {ROOT}/docs/examples/synthetic_traction.csv=--corners; 75w90=--corners; gear_fva3_nois=--corners"""),
+        {ROOT}/data/plans/demo.toml=--corners | run; {ROOT}/data/oils/75w90.toml=--corners | run;
+        {ROOT}/data/designs/fm_hypoid_13x42.toml=--corners | run; {ROOT}/data/formulas/75w90.json=--corners | run;
+        {ROOT}/docs/examples/synthetic_traction.csv=--corners | run; 75w90=--corners | run;
+        gear_fva3_nois=--corners | run"""),
     "sweep": (("sweep", "demo"), {"--output": "r"}, """
-        --jobs=0; --jobs=-3; --shard=0/4; --shard=5/4; --time-cap=600; --time-cap=-1 s; --retries=-1; --retries=many;
-        --with=xu_kahraman_2006; --set=lubricant.oil; --slurm=0; --slurm=many; --dask=local:0; --merge=all.h5;
-        --slurm 2 --sbatch=array=1-9; --slurm 2 --sbatch=partition; --slurm 2 --sbatch=comment=two words;
-        --slurm 2 --sbatch=Part=short"""),
+        --jobs=0; --jobs=-3; --shard=0/4; --shard=5/4; --shard=²/8; --time-cap=600; --time-cap=1e300 s; --retries=-1;
+        --retries=many; --with=xu_kahraman_2006; --set=lubricant.oil; --slurm=0; --slurm=many; --dask=local:0;
+        --merge=all.h5; --slurm 2 --sbatch=array=1-9; --slurm 2 --sbatch=partition;
+        --slurm 2 --sbatch=comment=two words; --slurm 2 --sbatch=Part=short"""),
     "calibrate": (("calibrate", TRACTION), {"--setup": SETUP_FILE}, """
         --setup=none.toml; --output=x.csv; --plot=x.xls; --report=x.txt; --jobs=0; --fit=eyring_stres; --oil=fva33;
         --seed=-1"""),
     "demo": (("demo",), {}, """
         --jobs=0; --jobs=many; --output=/proc/x; --output=/dev/null; -o=; --jobs --output=results; --ouput=results;
-        -j=2; --oil=fva3; --design=fm_hypoid_13x42; fm_hypoid_13x42=fva3"""),
+        -j=2; --oil=fva3; --design=fm_hypoid_13x42; fm_hypoid_13x42=fva3 | argument"""),
     "app": (("app",), {}, f"""
-        --port=80; --port=many; {ROOT}/data/oils/75w90.toml=--no-browser; {ROOT}/data/formulas/75w90.json=--no-browser;
-        {ROOT}/docs/examples=--no-browser; {ROOT}/docs/examples/synthetic_traction.csv=--no-browser;
-        {ROOT}/README.md=--no-browser; none.toml=--no-browser; fm_hypoid_13x43=--no-browser;
-        {ROOT}/data/targets/fm_hypoid_13x42.toml=--no-browser; --host=0.0.0.0; --friction=75w90; --browser=firefox;
-        fm_spiral_bevel_14x39=fm_hypoid_13x42"""),
+        --port=80; --port=many; {ROOT}/data/oils/75w90.toml=--no-browser | file; --host=0.0.0.0; --friction=75w90;
+        {ROOT}/data/formulas/75w90.json=--no-browser | file; {ROOT}/docs/examples=--no-browser | file;
+        {ROOT}/docs/examples/synthetic_traction.csv=--no-browser | file; {ROOT}/README.md=--no-browser | file;
+        none.toml=--no-browser | file; fm_hypoid_13x43=--no-browser | design; --browser=firefox | design;
+        {ROOT}/data/targets/fm_hypoid_13x42.toml=--no-browser | file;
+        fm_spiral_bevel_14x39=fm_hypoid_13x42 | argument"""),
     "names": ((), {}, f"""
-        gear=fm_spiral_bevel_14x40; gear=75w90; gear=fm_spiral_bevel_14x39.toml; gear=mine.toml; blank=iso23509_f9;
-        settings=fh_hypoid_9x35; solve=contact.toml; solve={ROOT}/docs; sweep=demos; oil=fva; frobnicate=x;
-        compare=demo; new=targts"""),
+        gear=fm_spiral_bevel_14x40 | design; gear=75w90 | design; gear=fm_spiral_bevel_14x39.toml | design;
+        gear=mine.toml | file; blank=iso23509_f9 | blank; settings=fh_hypoid_9x35 | targets; solve=contact.toml | file;
+        solve={ROOT}/docs | file; sweep=demos | file; oil=fva | oil; frobnicate=x; compare=demo | design;
+        new=targts | kind"""),
 }  # fmt: skip
 IN_OPTIONS = [
     (command, *mistake.strip().split("=", 1))
@@ -213,14 +216,14 @@ IN_OPTIONS = [
 ]
 
 
-@pytest.mark.parametrize(("command", "option", "value"), IN_OPTIONS)
-def test_mistake_in_an_option(mixed_ehl, tmp_path, monkeypatch, command, option, value):
+@pytest.mark.parametrize(("command", "option", "mistake"), IN_OPTIONS)
+def test_mistake_in_an_option(mixed_ehl, tmp_path, monkeypatch, command, option, mistake):
     monkeypatch.chdir(tmp_path)
     start, right, _ = OPTIONS[command]
-    *before, last = option.split()
+    (*before, last), (value, _, field) = option.split(), mistake.partition(" | ")
     given = {name: text for name, text in right.items() if name != last} | {last: value}
     outcome = mixed_ehl(*start, *before, *(part for pair in given.items() for part in pair))
-    refused(outcome, last if last in outcome.err else value.partition("=")[0])
+    refused(outcome, f"{field} =" if field else last)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -238,7 +241,7 @@ def test_file_of_another_kind_is_named(mixed_ehl: Any, command: str) -> None:
     for name, reader in KINDS.items():
         if reader != command and (command != "oil" or name.endswith(".toml")):
             file = ROOT / name
-            refused(mixed_ehl(command, file, *(["--estimate"] if command == "sweep" else [])), file.name)
+            refused(mixed_ehl(command, file, *(["--estimate"] if command == "sweep" else [])), "file =", file.name)
 
 
 def test_all_problems_of_a_file_at_once(mixed_ehl: Any, tmp_path: Path) -> None:

@@ -19,12 +19,11 @@ import ehl
 from efficiency.axle.axle_input import MethodsInput
 from ehl.common.data import Citation, _sentences, data_path
 from ehl.common.quantities import quantities
-from ehl.fluid.lubricant import FilmConductivity
-from ehl.line_contact import moes_1992
 from regression.calibration.measurement import COLUMNS
 from regression.data.result_files import NUMBER_UNITS
 from regression.friction.conditions import UNITS
 from regression.friction.published_registry import PUBLISHED
+from regression.plan.sampling import VARIABLES, WINDOWS
 
 ROOT = Path(__file__).resolve().parents[2]
 NAMES = {part for name in quantities() for part in name.split(".")}
@@ -73,11 +72,8 @@ def test_every_result_is_listed(name: str) -> None:
     assert {field.name for field in dataclasses.fields(pkgutil.resolve_name(name)) if field.compare} <= NAMES
 
 
-def test_every_column_is_listed() -> None:
-    assert set(UNITS) | set(NUMBER_UNITS) | set(COLUMNS) <= NAMES
-
-
-def test_units_of_dataset_columns_are_those_of_the_table() -> None:
+def test_every_column_is_listed_with_its_unit() -> None:
+    assert {*UNITS, *NUMBER_UNITS, *COLUMNS, *VARIABLES, *WINDOWS} <= NAMES
     for name, unit in {**UNITS, **NUMBER_UNITS}.items():
         assert quantities()[name].unit == unit
 
@@ -92,55 +88,15 @@ def test_every_tuned_constant_states_its_basis() -> None:
         assert value, (module, name)
 
 
-# words of the field that lead to the code of a folder
-WORDS = {
-    "ehl": "half-space, boundary friction, Moes, Hertz",
-    "ehl/smooth ehl/rough": "Reynolds equation, Poiseuille, Couette, cavitation",
-    "ehl/rough ehl/surface": "JFO, Elrod-Adams, side flow, complementarity, asperity, Peklenik, correlation length",
-    "ehl/fluid": "Ree-Eyring, Carreau, limiting shear stress, Roelands, Barus, Walther, Dowson-Higginson",
-    "ehl/heat efficiency/loss": "flash temperature, Peclet, Jaeger, Blok, Coleman, Buckingham",
-    "regression": "load sharing, film ratio, Sobol, conformal, convex hull, cross-validation, neural networks",
-    "efficiency/contact efficiency/ltca": "ease-off, Litvin, TCA, LTCA, contact pattern, transmission error, Weber",
-    "efficiency/blanks efficiency/cutting": "undercut, hypoid offset, spiral angle, cradle, tilt, swivel",
-}
-
-
-@pytest.mark.parametrize("places", WORDS)
-def test_words_are_found_where_it_is_computed(places: str) -> None:
-    files = [file for place in places.split() for file in sorted((ROOT / place).rglob("*.py"))]
-    # a term may be broken over two lines of a docstring
-    text = " ".join(" ".join(file.read_text(encoding="utf-8") for file in files).lower().split())
-    assert [word for word in WORDS[places].split(", ") if word.lower() not in text] == []
-
-
 ENTRIES = tomllib.loads(data_path("references.toml").read_text(encoding="utf-8"))
 CITED = {use for entry in ENTRIES.values() for use in entry["uses"]}
 
 
-@pytest.mark.parametrize("name", ehl.shipped("oils"))
-def test_laws_of_oils(name):
-    oil = ehl.Oil.load(name)
-    assert oil.lubricant(353.15).references() <= CITED
-
-
-def test_published_formulas():
-    assert {use for model in PUBLISHED.values() for use in model.references()} <= CITED
-
-
-@pytest.mark.parametrize(
-    ("source", "key"),
-    [(FilmConductivity, "larsson_2000"), (moes_1992, "moes_1992"), (efficiency.axle.bearings, "skf_2013")],
-)
-def test_the_text_of_a_law_and_its_reference_agree(source, key):
-    entry, text = ENTRIES[key], " ".join(source.__doc__.split())
-    authors = entry["author"].split(" and ") if "author" in entry else []
-    for part in (*(author.split(",")[0] for author in authors), f"({entry['year']})", entry.get("volume", "")):
-        assert part in text
-
-
-def test_methods_of_axles():
+def test_every_law_formula_and_method_has_its_reference() -> None:
+    used = {use for name in ehl.shipped("oils") for use in ehl.Oil.load(name).lubricant(353.15).references()}
+    used |= {use for model in PUBLISHED.values() for use in model.references()}
     methods = MethodsInput.model_fields.items()
-    assert {f"{kind}:{name}" for kind, field in methods for name in get_args(field.annotation)} <= CITED
+    assert used | {f"{kind}:{name}" for kind, field in methods for name in get_args(field.annotation)} <= CITED
 
 
 def test_a_pair_and_a_map():

@@ -1,4 +1,4 @@
-"""What can go wrong, and that one sentence says so: the faults of docs/robustness.md, each provoked; output files."""
+"""Each fault of docs/robustness.md is provoked and reported in one sentence; output files."""
 
 import json
 import os
@@ -113,12 +113,6 @@ def test_files_nested_too_deep_are_refused(kind: str, mixed_ehl: Any, tmp_path: 
     assert parse_toml(f"x = {inner}", "file", "name") if kind == "toml" else parse_json(inner, "file", "name")
 
 
-def test_many_problems_at_once_are_a_readable_message() -> None:
-    many = [InputError(f"key_{k}", "x" * 500, "y" * 900, "z" * 900) for k in range(60)]
-    assert len(InputError.of(many).problems) == 60
-    assert len(str(InputError.of(many))) < 8000
-
-
 def test_a_file_with_thousands_of_keys_is_a_readable_message(mixed_ehl: Any, tmp_path: Path) -> None:
     for count in (MAX_KEYS // 4, MAX_KEYS + 1):
         keys = "\n".join(f"k{k} = 1" for k in range(count))
@@ -161,7 +155,10 @@ def test_a_path_of_5000_characters_is_refused(mixed_ehl: Any, tmp_path: Path) ->
         refused(mixed_ehl(*command))
 
 
-def test_errors_echo_no_more_than_a_line() -> None:
+def test_many_problems_at_once_are_a_readable_message() -> None:
+    many = [InputError(f"key_{k}", "x" * 500, "y" * 900, "z" * 900) for k in range(60)]
+    assert len(InputError.of(many).problems) == 60
+    assert len(str(InputError.of(many))) < 8000
     error = InputError("field" * 2000, "v" * 10_000, "a" * 10_000, "h\x1b[2J" * 5000)
     assert len(str(error)) < 5000
     assert "\x1b" not in str(error)

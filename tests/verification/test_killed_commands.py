@@ -12,7 +12,7 @@ import regression
 from ehl.fluid.oil import Oil
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "docs" / "examples"
-# kills itself where the output takes its name, or with the second row of a journal; says how many points were kept
+# kills itself when the output gets its name, or at the second row of a journal; prints how many points were kept
 CHILD = """
 import os, signal, sys
 from pathlib import Path

@@ -129,7 +129,7 @@ def test_film_coefficient_of_every_card_is_that_of_its_law(name: str) -> None:
     np.testing.assert_allclose(lubricant.pressure_viscosity_film, film, rtol=1e-6)
     valid = oil.at(np.linspace(*oil.temperature_valid, 21))
     np.testing.assert_allclose(valid.pressure_viscosity_film, alpha_of(valid.pressure_law, "film"), rtol=1e-7)
-    # of another law by dataclasses.replace it is computed anew
+    # for another law by dataclasses.replace it is computed again
     thick = replace(oil.at(353.15), pressure_rise_factor=1.2)
     assert thick.pressure_viscosity_film == pytest.approx(alpha_of(thick.pressure_law, "film"), rel=1e-12, abs=0.0)
     assert thick.pressure_viscosity_film > 1.1 * oil.at(353.15).pressure_viscosity_film

@@ -42,7 +42,7 @@ def test_answers_are_those_of_the_python_interface() -> None:
     rough = {"roughness_rms_pinion": f"{SCENE.roughness_rms_pinion} um", "roughness_rms_gear": "0.3 um"}
     expected = loaded.efficiency("75w90", speed="900 rpm", temperature="70 degC", peklenik_number=2.0, **rough)
     assert found.result.efficiency == expected.efficiency
-    # a slider of speed or finish asks the formula alone
+    # a slider of speed or finish evaluates only the formula
     assert BENCH.answer(changed(asked, speed="1000")).loaded is found.loaded
     assert BENCH.answer(changed(asked, torque="240")).loaded is not found.loaded
 
@@ -143,7 +143,7 @@ def test_files_give_the_number_of_the_page(tmp_path: Path, shape: dict[str, str]
     design.write_text(BENCH.design_text(asked), encoding="utf-8")
     pair = efficiency.load(design)
     assert pair.mesh(side="drive").load().efficiency("75w90").efficiency == pytest.approx(expected, abs=1e-12)
-    # a file of the command line is opened under its own name, beside the shipped ones
+    # a file of the command line is listed under its own name with the shipped ones
     own = Bench(design)
     assert own.designs[0] == "design.toml"
     assert own.answer(own.start()).result.efficiency == pytest.approx(expected, abs=1e-12)
@@ -320,7 +320,7 @@ def test_page_in_a_browser(caller: Caller, tmp_path: Path) -> None:
         faster = changed(scene, speed="3000")
         page.get_by_label("pinion speed").fill("3000")
         expect(headline).to_have_text(BENCH.answer(faster).headline(), timeout=120_000)
-        # two refused fields: both told, both marked, what stands below is called stale
+        # two invalid fields: both are reported and marked, and the results below are marked as out of date
         page.get_by_label("pinion torque").fill("-3")
         page.get_by_label("oil temperature").fill("hot")
         expect(headline).to_have_text("no result", timeout=120_000)

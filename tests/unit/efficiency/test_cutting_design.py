@@ -105,7 +105,7 @@ def test_tables_shared_by_both_flanks(tmp_path: Path) -> None:
         assert other.blade.edge_radius == pytest.approx(1.016e-3)
         at = np.zeros(1)
         np.testing.assert_allclose(other.solve(at, at)[0].position, one.solve(at, at)[0].position, atol=1e-12)
-    # what a flank says itself overrides
+    # entries of a flank take precedence
     own_machine = "[gear.convex.cutter]", '[gear.convex.machine]\nblank_offset = "1 mm"\n[gear.convex.cutter]'
     assert not load(tmp_path, COMPLETING, own_machine).gear.completing
     # a design that was read can be written and read again
@@ -219,7 +219,7 @@ def test_pinion_given_by_points(tmp_path: Path) -> None:
     np.testing.assert_allclose(flank.solve(at, up)[0].position, own.solve(at, up)[0].position, atol=2e-7)
     with refuses("pinion.concave.grid"):
         load(tmp_path, pinion_given(dict.fromkeys(sides, 'grid = "none.csv"')))
-    # cutter and machine beside a grid are its nominal flank, which needs to be whole
+    # cutter and machine given with a grid are its nominal flank, which must be complete
     with refuses("pinion.concave.cutter.type"):
         load(tmp_path, pinion_given(dict.fromkeys(sides, 'grid = "points/concave.csv"\ncutter = {}')))
 

@@ -330,7 +330,7 @@ def test_a_duty_becomes_a_plan(mixed_ehl: Any, duty: Path, tmp_path: Path, monke
     assert mixed_ehl("plan", DESIGN.name, "--duty", duty, "-o", target, "--size", "48", "--oil", "fva3").code == 0
     plan = Plan.from_file(target)
     assert plan.oils == ("fva3",)
-    pressure, temperature = (plan.variables.axes[name].values for name in ("pressure_hertz", "temperature_oil"))
+    pressure, temperature = (plan.variables[name].values for name in ("pressure_hertz", "temperature_oil"))
     assert 0.1e9 < pressure[0] < 1e9 < pressure[1] < 2.5e9
     assert temperature[0] < 353.15 < 363.15 < temperature[1]
     assert mixed_ehl("sweep", target, "--estimate").code == 0

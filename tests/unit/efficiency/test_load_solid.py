@@ -29,7 +29,7 @@ def grid(design: Design) -> ToothGrid:
 
 
 def test_cell_follows_the_flanks(grid: ToothGrid) -> None:
-    """Stations and levels of the grid, between the nodes of the blocks: 14 um beside the fillets, at the toe."""
+    """Stations and levels of the grid, between the nodes of the blocks: 14 um near the fillets, at the toe."""
     cell = tooth_cell(grid, RIM)
     face = np.broadcast_to(grid.u - grid.u[0, 0], grid.height.shape)[5:, 1:-1].ravel()
     over = (grid.height - grid.blank.root(grid.u[0]))[5:, 1:-1].ravel()

@@ -1,4 +1,4 @@
-"""Loss maps for vehicle simulation: power balance, files, losses beside the mesh, refusals."""
+"""Loss maps for vehicle simulation: power balance, files, losses outside the mesh, refusals."""
 
 import re
 import shutil
@@ -158,7 +158,7 @@ def test_test_points() -> None:
 
 
 def test_axle_test_closes_the_power_balance() -> None:
-    """Input torque, as a load of the mesh, loses just what the row says: an interpolated against a computed mesh."""
+    """The loss of a row is that of its input torque as load of the mesh: interpolated against computed mesh."""
     rows = axle_test().rows
     row = rows[-1]
     speed = row.speed_wheel * RATIO

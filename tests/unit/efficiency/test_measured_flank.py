@@ -240,7 +240,7 @@ def test_settings_that_are_off_are_found(tmp_path: Path, name: str) -> None:
     if not completing:
         change = {row.setting: row for row in found.corrections if row.flanks == "concave"}
         for setting, by in changes.items():
-            # what the points tell apart comes back; each within its own uncertainty
+            # deviations that the points resolve are found, each within its own uncertainty
             assert abs(change[setting].change + by) < 2.0 * change[setting].uncertainty
         assert abs(change["roll_ratio"].change + 4e-4) < 5e-5
 

@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from pages import read_page
+from refusals import refused
 
 import efficiency
 from efficiency.machine_settings.design_file import targets_text
@@ -172,7 +173,7 @@ def test_what_the_search_tells_wrong_is_corrected_near_checked_points(found: Opt
     points = first, middle, second
     ratios = [both(p).figures["pressure_hertz_max"] / p.figures["pressure_hertz_max"] for p in points]
     assert ratios == pytest.approx([1.04, math.sqrt(1.04), 1.0], rel=1e-6)
-    # less room is left below limits once errors are known
+    # limits are reduced by the errors once these are known
     assert clean.limits["pressure_hertz_max"] < both.limits["pressure_hertz_max"] < allowed["pressure_hertz_max"]
     failed = replace(first, figures={}, reason="no_contact: for the test")
     assert both(failed) is failed
@@ -368,7 +369,7 @@ def test_the_blank_follows_its_variables(name: str) -> None:
         assert variable.low < problem.start_values[variable.name] < variable.high
     assert problem.varies_blank
     assert with_values(targets, problem.start_values, "drive").blank == targets.blank
-    # each of them changes the blank alone, and is there again when asked for
+    # each of them changes only the blank and is found again
     for variable in problem.variables:
         value = variable.at(0.3)
         changed = with_values(targets, {variable.name: value}, "drive")
@@ -440,7 +441,7 @@ def test_a_search_learns_which_variables_decide_what_can_be_made() -> None:
     can, cannot = found[margin(fresh) > 0.3], found[margin(fresh) < -0.3]
     assert can.min() > 0.5 > cannot.max()
     assert np.median(can) > 0.95 > 0.05 > np.median(cannot)
-    # what was made nearby in all other variables says nothing
+    # feasible points near in all other variables are no evidence
     mixed = np.where(np.arange(6) % 3 == 0, 0.95, points[made])
     assert processes.success(mixed).max() < 0.2
 
@@ -458,13 +459,13 @@ def test_the_command(mixed_ehl: Any, found: Optimisation, folder: Path) -> None:
     assert {"pareto.csv", "candidates.csv", "evaluations.csv", "optimise.xlsx", "trade.png", "problem.json"} <= written
     assert (folder / best.name / "setting_sheet.csv").is_file()
     assert f"{-100.0 * best.gain:+.1f} %" in read_page(folder / "optimise.html").sections[0]
-    # a search goes on from a design whose targets lie beside it
+    # a search continues from a design whose targets are in the same folder
     again = load_start(folder / f"{best.name}.toml")
     assert start_value(again, "profile_crowning", "drive") == best.point.variables["profile_crowning"]
-    # the design that was written does what was promised; a constant friction leaves its gain no interval
+    # the written design has the reported loss; with constant friction its gain has no interval
     reopened = efficiency.load(folder / f"{best.name}.toml").at("constant:0.05", grid=(6, 11), many=True, oil="75w90")
     assert reopened.power_loss == pytest.approx(best.exact.figures["power_loss"], rel=1e-6)
     low, high = best.gain_interval
     assert low <= 1.0 - best.exact.losses["aligned"][0] / best.start.losses["aligned"][0] <= high
-    for arguments in (["no_such_pair"], [str(Path("data/designs") / f"{PAIR}.toml")]):
-        assert mixed_ehl("optimise", *arguments, "-o", str(folder / "refused")).code == 2
+    for start in ("no_such_pair", data_path("designs", f"{PAIR}.toml")):
+        refused(mixed_ehl("optimise", start, "-o", folder / "refused"), "targets =")

@@ -1,4 +1,4 @@
-"""What may not pass as converged, and what is said beside the numbers."""
+"""Results that must not count as converged, and the notes with the numbers."""
 
 import math
 import re

@@ -323,7 +323,7 @@ def test_bounded_run_is_one_draw_of_stretches_as_long_as_a_block() -> None:
 
 
 def test_meshes_without_a_block_in_common_are_a_failure_with_its_reason() -> None:
-    """The first block of one mesh went astray as often as it was rolled anew, and what both rolled ended apart."""
+    """The first block of one mesh fails at every restart, and the ends of both meshes differ."""
     coarse, fine = rolled(np.full(40, 0.04)), rolled(np.full(80, 0.05), 10)
     coarse.numbers[:], fine.numbers[:] = [0, 1], [2, 3]
     levels = MeshLevels([coarse, fine], PLAN)

@@ -58,7 +58,7 @@ def test_spreads() -> None:
     figure, z = Additive.load("EP").boundary_film, score_of(0.9)
     ends = [Spread.of_figure(figure).at(figure.value, side) for side in (-z, z)]
     assert ends == pytest.approx([figure.low, figure.high], rel=1e-9)
-    # where nothing is said of the lay, it is not below isotropic
+    # without information on the lay it is not below isotropic
     assert [DEFAULT.spread("peklenik_number").at(1.0, side) for side in (-z, z)] == pytest.approx([1.0, 5.0])
 
 

@@ -193,7 +193,7 @@ def test_notes_that_differ_in_numbers_and_places_are_one_row() -> None:
     assert [(note.grade, note.count) for note in notes] == [("fault", 1), *[("warning", 2)] * 3]
     assert [said.index((note.where, note.text)) for note in notes] == [6, 1, 4, 3]  # the worst of each kind
     assert notes_table(notes, 4).rows[1][1:3] == ("2 of 4", "90 N m")
-    # of cases that say the same none is the worst
+    # of cases with equal notes none is the worst
     (same,) = group_notes([(f"model {letter}", "the same, in 2007") for letter in "cab"])
     assert (same.count, same.where) == (3, "model c; model a; ...")
     assert notes_table([same], 3).rows == (("warning", "all", None, "the same, in 2007"),)

@@ -304,7 +304,7 @@ def test_a_finer_mesh_where_two_differ(change: float, budget: float, needed: boo
 
 
 def case(seed: int = 1, rms: float = 0.085e-6, slide_to_roll: float = 0.05, **model: Any) -> Contact:
-    """A thick film over slight roughness; film ratio 6.2 where nothing else is said."""
+    """A thick film over slight roughness; film ratio 6.2 by default."""
     contact = {"radius_equivalent": 0.01, "pressure_hertz": 0.8e9, "speed_entrainment": 3.0}
     return contact_case(
         contact=contact | {"slide_to_roll": slide_to_roll},
@@ -342,7 +342,7 @@ def test_roughness_left_out_of_a_viscous_film_counts_for_more() -> None:
         full = case(seed, **viscous, shortcuts="off").solve()
         changes.append(full.friction_coefficient / skipped.friction_coefficient - 1.0)
         assert abs(changes[-1]) < skipped.friction_error + full.friction_error
-    # what is said holds without the error of the run, and what is said of other films would not
+    # the statement holds without the error of the run; with other films it would not
     assert eyring.friction_error < np.mean(changes) < skipped.friction_error
     assert case(slide_to_roll=1e-3).solve().transient is not None
     assert case(slide_to_roll=0.0).solve().transient is None

@@ -46,7 +46,7 @@ def test_units_of_the_header_and_common_conditions(tmp_path: Path) -> None:
     columns = {"speed_entrainment": [2.5, 2.5, 0.1, 0.05], "slide_to_roll": [0.05, 0.5, 0.5, 0.5]}
     for name, values in (columns | {"temperature_oil": 353.15, "roughness_rms": 80e-9}).items():
         np.testing.assert_allclose(measurement.columns[name], values)
-    changed = tomllib.loads(SETUP) | {"surface": {"finish": "Superfinished"}, "model": {"roughness": "load_sharing"}}
+    changed = tomllib.loads(SETUP) | {"surface": {"finish": "Superfinished"}}
     setup = setup_of(changed)
     assert setup.roughness_rms == pytest.approx(2.0**0.5 * setup.surface.roughness_rms_1)
     assert np.isnan(measurement.uncertainty).all()
@@ -103,7 +103,6 @@ def test_slip_in_both_directions_is_folded_and_repeats_averaged(tmp_path: Path, 
         (GOOD, SETUP + "[noise]\nabsolute = 0.0\n", "noise"),
         (GOOD.replace("50,0.0", "0,0.0").replace("5,0.03", "0,0.03"), SETUP, "slide_to_roll"),
         ("\n".join(GOOD.splitlines()[:3]), SETUP, "2 rows"),
-        (GOOD, SETUP.replace('oil = "fva3"', 'oil = "missing.toml"'), "missing.toml"),
         (GOOD, SETUP + '[surface]\nroughness_rms_1 = "1 um"\n', "surface.roughness_rms_1"),
     ],
 )

@@ -189,7 +189,7 @@ def test_card_is_written_read_and_used(tmp_path: Path, monkeypatch: pytest.Monke
     # as a key of caches, and in a formula of another oil
     assert hash(again) == hash(card)
     assert FittedFormula.load("fva3").oil_flag(again) == FrictionFlag.OTHER_OIL
-    # a card written anew is read anew
+    # a card that is written again is read again
     text = Path("mine.toml").read_text(encoding="utf-8")
     Path("mine.toml").write_text(text.replace("density_15 = ", "density_15 = 890.0 # "), encoding="utf-8")
     os.utime("mine.toml", ns=(1, 10**18))

@@ -87,10 +87,10 @@ def test_other_refusals(mixed_ehl: Call, plan: Path, tmp_path: Path) -> None:
 
 
 def test_cases_that_fail_are_said_in_the_exit_code(mixed_ehl: Call, plan: Path, tmp_path: Path) -> None:
-    # an unloaded, fast contact is outside of what Benedict & Kelley can say
+    # an unloaded, fast contact is outside the range of Benedict & Kelley
     plan.write_text(PLAN.replace('low = "0.4 GPa"', 'low = "50 MPa"').replace('high = "15 m/s"', 'high = "150 m/s"'))
     command = ("sweep", plan, "-o", tmp_path / "run", "--with", "benedict_kelley_1961", "--jobs", "1")
-    # a resumed run says the same of the failures on disk, whoever computed them
+    # a resumed run reports the same failures on disk, whichever process computed them
     swept, resumed = mixed_ehl(*command), mixed_ehl(*command)
     assert swept.code == resumed.code == 1
     assert resumed.err.splitlines()[-1] == swept.err.splitlines()[-1]

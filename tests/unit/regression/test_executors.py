@@ -437,7 +437,7 @@ def test_a_case_that_always_kills_its_worker_is_lost(plan: Plan, tmp_path: Path,
 
     report = sweep_shard(plan, tmp_path, evaluate=evaluate, executor=cluster, time_cap=0.3)
     frame = load_dataset(tmp_path).frame.set_index("slide_to_roll")
-    # in the thread of a worker no alarm clock rings, and the cap holds all the same
+    # the thread of a worker receives no alarm signal; the time cap holds nevertheless
     assert frame.loc[[deadly, slow], "reason"].tolist() == ["worker_lost", "time_cap"]
     assert frame.loc[slow, "seconds"] < 30.0
     assert report.converged == 14
@@ -452,7 +452,7 @@ def test_a_worker_that_dies_once_costs_no_case(plan: Plan, tmp_path: Path, clust
         if case.contact.slide_to_roll == victim and not os.path.exists(done):
             Path(done).touch()
             if "result" in stage:
-                # after the answer, while it may be on its way
+                # after the result, while it may be in transit
                 threading.Timer(0.02, os.kill, (os.getpid(), signal.SIGKILL)).start()
             else:
                 os.kill(os.getpid(), signal.SIGKILL)

@@ -267,7 +267,7 @@ def test_several_oils_are_all_recorded_and_all_known(two_oils: Dataset) -> None:
     formula = fit_formula(two_oils, "short")
     hashes = {name: card_hash(Oil.load(name)) for name in ("75w90", "fva3")}
     assert {o.name: o.card_hash for o in formula.oils} == hashes
-    # which cards they were cannot be told once one changed
+    # the cards cannot be identified if one has changed
     assert hashes_of_cards(("fva3",), "x") == {"fva3": "x"}
     assert hashes_of_cards(("nothing", "fva3"), "x") == {"nothing": None, "fva3": None}
     assert formula.validation.mape < 0.1

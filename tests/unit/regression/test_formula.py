@@ -190,7 +190,7 @@ def test_marks_across_the_motion_rub_less_than_marks_along_it(name: str) -> None
     mu = [float(model.mu(**HOT, peklenik_number=gamma).mu) for gamma in (0.4, 1.0, 3.0, 8.0)]
     assert mu == sorted(mu, reverse=True)
     assert mu[0] > 1.2 * mu[-1]
-    assert float(model.mu(**HOT).mu) == mu[1]  # isotropic where nothing is said
+    assert float(model.mu(**HOT).mu) == mu[1]  # isotropic by default
     assert "Peklenik number 20" in model.range_note(**HOT, peklenik_number=20.0)
 
 
@@ -216,7 +216,6 @@ def test_what_a_formula_of_a_file_has_and_lacks() -> None:
     assert len(model.ranking()) == 1
     for field, use in (
         ("hull", lambda: model.in_convex_hull("gear_fva3")),
-        ("dataset", model.plot),
         ("boundary_friction", lambda: model.with_options(boundary_friction=0.1)),
         ("oil", lambda: friction_model("gear").default_oil()),  # type: ignore[union-attr]
     ):

@@ -293,7 +293,7 @@ def test_fit_meets_both_parts_of_the_friction() -> None:
         return float(short_parts(conditions, k)[0].sum() / share.sum())
 
     assert carried(known) == pytest.approx(1.0, abs=1e-3)
-    # mu alone would say 1 again
+    # mu alone would give 1 again
     assert carried(hidden) < 0.98
     assert carried(table_of) == pytest.approx(1.0, abs=1e-3)
     assert parts_of(SHORT, table_of) is None

@@ -118,7 +118,7 @@ def test_ease_off_is_the_one_asked_for(surface: MeshSurface) -> None:
 
 
 def test_a_contact_out_of_proportion_with_the_ease_off_is_refused(surface: MeshSurface) -> None:
-    # a gear flank said to lie at another azimuth than the one the ease-off was measured to
+    # a gear flank at another azimuth than the one used for the ease-off
     patch = surface.patch
     spoilt = patch.coefficients.copy()
     spoilt[0, 1, list(patch.names).index("azimuth")] += 0.02

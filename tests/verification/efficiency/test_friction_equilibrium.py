@@ -178,7 +178,7 @@ def test_default_is_the_balance_by_an_independent_route(name: str, driver: Drive
             assert ends[0] == pytest.approx(ends[1] + lost, rel=1e-10)
             assert lost * speed == pytest.approx(result.cycle.power_loss[k], rel=1e-10)
         assert result.power_input == pytest.approx(result.power_output + result.power_loss, rel=1e-14)
-        # one of many points, of fewer solutions: the stated error tells
+        # one of many points is from fewer solutions; the stated error covers the difference
         run = balanced_efficiency(load_grids(mesh.grids, torque), model, OIL, operation, "frictional", many=True)
         [fast] = solve_friction([run], model, OIL)
         assert abs(fast.efficiency - expected) <= fast.errors.balance < 1e-4
@@ -203,7 +203,7 @@ def test_axes_and_a_friction_coefficient_are_needed() -> None:
 
 
 def test_a_map_does_not_depend_on_the_order_of_its_points() -> None:
-    """Loads are taken from few solutions, whichever point asked for them first."""
+    """Loads are interpolated from few solutions and do not depend on the order of the points."""
     torques, speeds = [100.0, 300.0], [20.0, 300.0]
     one = small("fh_hypoid_9x34").over("75w90", torque=torques, speed=speeds).values()
     fresh = Mesh.of(load_design("fh_hypoid_9x34"), "drive", 6, 15, keep=True)

@@ -40,7 +40,7 @@ def crowded(geared: Mesh) -> ltca.ElasticPosition:
 
 @pytest.mark.parametrize("torque", [0.1, 3.0, 300.0, 3000.0])
 def test_balance_and_optimality(geared: Mesh, torque: float) -> None:
-    """Sum of loads and all conditions of contact to 1e-10, written out anew."""
+    """Sum of loads and all conditions of contact to 1e-10, by independent code."""
     mesh = load_grids(geared.grids, torque)
     for p, elastic in zip(mesh.fine.positions, mesh.mesh.elastic_fine, strict=True):
         at, loaded = p.position, p.force > 0.0

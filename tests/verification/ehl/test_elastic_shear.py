@@ -1,4 +1,4 @@
-"""Elastic part of the film shear: closed forms, its estimate, no step in mu, the rough solver beside the smooth one."""
+"""Elastic part of the film shear: closed forms, its estimate, no step in mu, rough compared with smooth solver."""
 
 import math
 from dataclasses import replace

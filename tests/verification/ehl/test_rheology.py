@@ -112,7 +112,7 @@ def test_mobility_against_quadrature_across_the_film(name: str, angle: float) ->
 @pytest.mark.parametrize("name", ["smooth eyring", "smooth carreau"])
 def test_mobility_under_a_smooth_limit(name: str) -> None:
     law, film, sliding, p = LAWS[name], 0.3e-6, 2.0, 0.8e9
-    # the bound on slip acts beside the law here and there: measured 0.7 % at most, 3.5 % at 1e5 Pa s
+    # the bound on slip acts at some points: measured effect 0.7 % at most, 3.5 % at 1e5 Pa s
     for eta, angle in ((0.3, 0.0), (3.0, 0.0), (3.0, 1.0), (300.0, 0.0), (300.0, 0.5 * math.pi)):
         ours = kernel_mobility(law, eta, film, sliding, angle, p)
         steep = flow_mobility(law, eta, film, sliding, angle, PRESSURE / HALF_WIDTH, p)

@@ -138,7 +138,7 @@ def test_extreme_contacts_are_solved_within_the_invariants(
     bounded(monkeypatch, 8.0 if name == "lightly loaded, far inlet" else 1.5, 512)
     result = solved(RESOLVED[name], tmp_path)
     assert_sound(result)
-    # in a window of 1.5 b the macroscopic pressure of some has not settled, and their error says so
+    # in a window of 1.5 b the macroscopic pressure of some has not settled, as their error shows
     # that of marks along the motion contains the difference from two-dimensional solutions
     wide = ("net_exchange", "beyond_laws") if name == "along the lay" else ("net_exchange",)
     assert result.reason in ("", "statistical_interval", *wide)

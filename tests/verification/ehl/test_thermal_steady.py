@@ -215,7 +215,7 @@ def test_a_film_that_follows_no_further_counts_its_last_change(monkeypatch):
 
 
 def test_an_old_matrix_leaves_no_flow_that_does_not_balance(monkeypatch):
-    """A matrix of an earlier round sees too small a correction: a fresh one follows where the residual says so."""
+    """A matrix of an earlier round gives too small a correction; it is updated if the residual is too large."""
     case = Contact(
         pressure_hertz=1.3e9, radius_equivalent=6.08e-3, effective_modulus=226e9, speed_entrainment=24.16,
         slide_to_roll=0.967, speed_sliding_lengthwise=10.93, viscosity_inlet=0.0599, pressure_viscosity=1.34e-8,

@@ -1,4 +1,4 @@
-"""Calibration gives back known parameters within its stated intervals, and does not claim what the data do not tell.
+"""Calibration gives back known parameters within its stated intervals, and does not claim more than the data determine.
 
 Statistics are run on a friction law of one line in place of the contact solver; one recovery uses the solver itself.
 """
@@ -237,7 +237,8 @@ absolute = 0.0005
 accuracy = "fast"
 thermal = "off"
 """
-CONDITIONS = "speed_entrainment [m/s],slide_to_roll [%]\n2,0.5\n2,2\n2,10\n1,20\n0.2,20\n0.08,20\n"
+TEXT = "speed_entrainment [m/s],slide_to_roll [%],friction_coefficient\n"
+TEXT += "2,0.5,{}\n2,2,{}\n2,10,{}\n1,20,{}\n0.2,20,{}\n0.08,20,{}\n"
 
 
 def test_the_solver_gives_back_what_was_put_in(mixed_ehl: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -245,12 +246,11 @@ def test_the_solver_gives_back_what_was_put_in(mixed_ehl: Any, tmp_path: Path, m
     monkeypatch.setattr(calibrate_module, "solver_of", solver_of)
     monkeypatch.chdir(tmp_path)
     Path("setup.toml").write_text(SETUP, encoding="utf-8")
-    Path("conditions.csv").write_text(CONDITIONS, encoding="utf-8")
+    Path("conditions.csv").write_text(TEXT.format(*[0.05] * 6), encoding="utf-8")
     truth, setup = {"eyring_stress": 8e6, "limiting_shear_coefficient": 0.04}, calibrate_module.setup_of("setup.toml")
-    rows = read_measurement(Path("conditions.csv"), setup.conditions.model_dump(exclude_none=True), friction=False)
+    rows = read_measurement(Path("conditions.csv"), setup.conditions.model_dump(exclude_none=True))
     friction = made(rows, setup, truth, 5e-4 * np.random.default_rng(3).standard_normal(rows.size)).friction
-    cells = zip(CONDITIONS.splitlines(), ["friction_coefficient", *map(str, friction)], strict=True)
-    Path("made.csv").write_text("\n".join([SYNTHETIC, *map(",".join, cells)]), encoding="utf-8")
+    Path("made.csv").write_text(f"{SYNTHETIC}\n{TEXT.format(*friction)}", encoding="utf-8")
     files = ["-o", "mine.toml", "--plot", "curves.png", "--json", "--jobs", "1"]
     outcome = mixed_ehl("calibrate", "made.csv", "--setup", "setup.toml", *files)
     assert outcome.code == 0

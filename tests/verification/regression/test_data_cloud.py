@@ -134,7 +134,7 @@ def test_what_follows_from_the_others_is_left_out() -> None:
         found = data_cloud(table, names)
         assert found.variables == tuple(name for name in names if name != "viscosity_inlet")
     assert data_cloud(TABLE, NAMES[:1]) is None
-    # a parabola through three cases says nothing
+    # a parabola through three cases is no evidence
     assert data_cloud({name: values[:3] for name, values in TABLE.items()}, NAMES[:2]) is not None
     assert data_cloud({**TABLE, "radius_equivalent": np.full(1000, 0.02)}, NAMES[1:]) is None
 

@@ -26,7 +26,7 @@ PLAN = 'name = "kill"\n[sampling]\nsize = SIZE\n' + GEAR_VARIABLES + '[model]\na
 
 ARANA: dict[str, Any] = {"evaluate": partial(published_outputs, name="arana_2019"), "version": "arana_2019"}
 
-# says after every case how far it is, and waits for a moment so that the kill comes in mid-run
+# prints its progress after every case, and waits for a moment so that the kill is during the run
 CHILD = """
 import sys, time
 import regression

@@ -116,7 +116,7 @@ def test_the_cluster_of_the_page_on_sweeps_computes(tmp_path: Path) -> None:
         script = cluster.job_script()
         for line in ("#SBATCH -n 1", "#SBATCH --cpus-per-task=1", "#SBATCH --mem=2G", "#SBATCH -t 04:00:00"):
             assert line in script
-        # one thread a worker, as the sweep asks for
+        # one thread per worker, as the sweep sets it
         assert "--nthreads 1" in script
         cluster.scale(jobs=1)
         workers = DaskCluster(client, worker_timeout=120.0)
