@@ -1,6 +1,6 @@
 """Measured against computed, state by state: bias, standard deviation and share inside the 90 % interval.
 
-    python validation/truth_table.py --rows validation/out/truth.csv             # hours; rows are written as they come
+    python validation/truth_table.py --rows validation/out/truth.csv             # 15 minutes on two cores
     python validation/truth_table.py --rows validation/out/truth.csv --table     # statistics of rows that were computed
 
 In the manner of the validation guide of the NIST fire models. Nothing is fitted. Gear friction is that of a published
