@@ -215,13 +215,18 @@ def _axle(text: str, name: str, answers: Mapping[str, str], given: Mapping[str, 
     from efficiency.pairs import load
     from ehl.common.validation import validate
 
-    like = answers["like"]
+    design = load(given["pair"]).design if "pair" in given else None
+    cylindrical = design is not None and not isinstance(design, Design)
+    like = given.get("like") or ("eaxle_helical" if cylindrical else answers["like"])
     made = re.sub(r"\A(?:#.*\n|\n)*name = .*$", "name = <name>", _shipped("axles", like), count=1, flags=re.M)
     made = re.sub(r"^source = .*$", f'source = "bearings, sump and housing of {like}"', made, count=1, flags=re.M)
-    if "pair" in given:
+    if design is not None:
+        own = load(tomllib.loads(_shipped("axles", like))["pair"]).design
+        if cylindrical == isinstance(own, Design):  # bearings of bevel gears are placed from the crossing of the axes
+            raise InputError("like", like, f"an axle with a {'cylindrical' if cylindrical else 'bevel or hypoid'} pair")
         made = re.sub(r"^pair = .*$", "pair = <pair>", made, count=1, flags=re.M)
         made = re.sub(r"\n^\[operation\].*\n(?:(?!\[).*\n)*", "", made, count=1, flags=re.M)  # that of the pair instead
-        if isinstance(design := load(given["pair"]).design, Design):
+        if isinstance(design, Design):
             height = f'height = "{1e3 * (0.0 - design.assembly.hypoid_offset):.6g} mm"'
             made = re.sub(r'^height = ".*"', height, made, count=1, flags=re.M)
     made = _filled(text.replace("<like>", like) + made, name, given)

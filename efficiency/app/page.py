@@ -32,7 +32,7 @@ from efficiency.design.design import MISALIGNMENTS
 from ehl.common.data import data_names, reason_text
 from ehl.common.errors import InputError, MixedEhlError
 from ehl.common.progress import Progress
-from ehl.common.quantities import rounded
+from ehl.common.quantities import rounded, typeset_unit
 from ehl.common.units import KELVIN
 from regression.friction.published_registry import model_label
 
@@ -166,7 +166,7 @@ class Page:
 
     def _number(self, name: str, reach: float = 0.0) -> None:
         unit, label = FIELDS[name]
-        field = ui.input(f"{label}{f' [{unit}]' if unit else ''}", value=getattr(self.scene, name))
+        field = ui.input(f"{label}{f' [{typeset_unit(unit)}]' if unit else ''}", value=getattr(self.scene, name))
         field.classes("w-full").props("dense debounce=60").mark(name)
         field.on_value_change(lambda event: self._set(name, event.value))
         self.inputs[name] = field

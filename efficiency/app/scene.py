@@ -7,7 +7,6 @@ the friction formula alone.
 from __future__ import annotations
 
 import math
-import re
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
@@ -122,7 +121,6 @@ COMPARED = ("xu_kahraman_2007", "constant:0.05")
 FRICTIONS = (*shipped_formulas(), *PUBLISHED, "constant:0.05")
 FIRST = "fm_hypoid_13x42_relieved"  # design a page begins with
 MAP_STEPS = 7  # torques and speeds of a map each
-_LIMIT = re.compile(r"(-?\d[\d.e+-]*) (m|K|rad/s|rad|N\*m)\b")
 _LONGEST = 40  # characters of a field
 _KEPT = 16  # pairs, axles, settings and loads, each
 
@@ -459,13 +457,10 @@ def _sentence(scene: Scene, name: str, error: InputError) -> str:
     if not name:
         return str(error)
     unit, label = FIELDS.get(name, ("", CHOICES.get(name, name)))
-    allowed, hint = error.allowed, "" if unit == "degC" else error.hint  # of unit-less numbers in files
+    allowed = error.allowed.partition(" (a number")[0]
+    hint = "" if unit == "degC" else error.hint  # of unit-less numbers in files
     if unit and allowed.startswith("a number"):
         allowed, hint = f"a number in {unit}", ""
-    elif unit:  # ranges in the unit of the field, the only one that it accepts
-        allowed = _LIMIT.sub(
-            lambda found: f"{_text(name, float(found[1]), 4)} {unit}", allowed.partition(" (a number")[0]
-        )
     typed = str(getattr(scene, name))
     shown = typed if len(typed) <= _LONGEST else typed[:_LONGEST] + "…"
     return f"{label}{f' [{unit}]' if unit else ''} = {shown!r} cannot be used; allowed: {allowed}. {hint}".strip()

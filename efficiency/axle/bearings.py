@@ -35,6 +35,8 @@ _DRAG_ROLLER = (0.0, 1.7e-5, 3.9e-5, 1.16e-4, 2.3e-4, 3.03e-4, 4.5e-4, 6.8e-4, 9
 _DRAG_BALL = (0.0, 8e-6, 1.8e-5, 7.3e-5, 1.58e-4, 2.47e-4, 3.8e-4, 5.66e-4, 7.8e-4, 9.48e-4, 1.24e-3)
 # lubrication factor f0 (oil bath) and load factor f1 of the Palmgren form, read in the public library thermca
 PALMGREN = {"tapered_roller": (6.0, 4.0e-4), "cylindrical_roller": (3.0, 3.0e-4), "deep_groove_ball": (2.0, 2.2e-4)}
+# largest n d_m of the limiting speeds in catalogues of standard bearings (SKF: tapered rollers about 0.5e6) [rpm mm]
+_SPEED_FACTOR = {"tapered_roller": 5e5, "cylindrical_roller": 7e5, "deep_groove_ball": 7e5}
 _MOST = 700.0  # exponents beyond it are zero in double precision
 
 
@@ -236,15 +238,17 @@ def _thick_oil(bearing: BearingInput, at: BearingState) -> tuple[float, float]:
 
 def bearing_limits(method: str, bearing: BearingInput, at: BearingState) -> list[str]:
     """Notes on bearings outside the range of their method."""
+    speed, most = _rpm(at.speed), 1e-3 * _SPEED_FACTOR[bearing.type] / bearing.mean_diameter
+    fast = f"bearing {bearing.name}: {speed:.4g} rpm, above the usual limiting speed (about {most:.0f} rpm)"
+    notes = [f"{fast}: its loss is extrapolated"] if speed > most else []
     if method != "skf":
-        return []
+        return notes
     ends = {"rolling moment": rolling_range(bearing, at)}
     if at.oil_depth > 0.0:
         ends["drag"] = drag_range(bearing, at.oil_depth)
     seen = f"of bearing {bearing.name}: {1e6 * at.viscosity:.4g} cSt, limited to"
-    return [
-        f"{name} {seen} {1e6 * end:.3g} cSt, the end of the range" for name, end in ends.items() if at.viscosity > end
-    ]
+    thick = (name for name, end in ends.items() if at.viscosity > end)
+    return notes + [f"{name} {seen} {1e6 * ends[name]:.3g} cSt, the end of the range" for name in thick]
 
 
 def _rpm(speed: float) -> float:

@@ -148,8 +148,7 @@ class EhlFriction(FrictionModel):
         each = float(contact_seconds(self.model, table)[0].mean())
         worth = int(each * (done + chosen.size) / MIN_SECONDS)
         jobs = max(1, min(checked_jobs(self.jobs), worth, chosen.size))
-        seconds = each * (total - done) / jobs
-        report_progress("contacts", done, total, seconds)
+        report_progress("contacts", done, total)
         found = []
         if jobs > 1:
             prepare_workers(rough=not self.smooth)

@@ -438,6 +438,7 @@ class ProgressDisplay:
         self.begins: dict[str, float] = {}
         self.next = self.begin + FIRST_DISPLAY
         self.state, self.reported = Progress("", 0, 0), self.begin
+        self.finished = False  # whether any item is
         self._line: Any = None
 
     def update(self, state: Progress) -> None:
@@ -449,6 +450,7 @@ class ProgressDisplay:
                 self.next = self.reported  # an expected time is shown at once
         # nested steps alternate and have separate rates
         self.begins.setdefault(state.step, self.clock() if self.begins else self.begin)
+        self.finished = self.finished or state.done > 0
         self.state = state
 
     def text(self) -> str:
@@ -512,7 +514,9 @@ def working(what: str, kept: str = NOTHING_KEPT) -> Iterator[ProgressDisplay]:
         over.set()
         thread.join()
         display.clear()
-        print(f"mixed-ehl: stopped after {duration(display.clock() - display.begin)}; {kept}", file=sys.stderr)
+        when = f"stopped after {duration(display.clock() - display.begin)}"
+        early = "" if display.finished or kept == NOTHING_KEPT else ", before the first new result"
+        print(f"mixed-ehl: {when}{early}; {kept}", file=sys.stderr)
         raise SystemExit(STOPPED) from None
     finally:
         over.set()

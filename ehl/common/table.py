@@ -217,10 +217,13 @@ class Table:
 
     def _texts(self, *, typeset: bool) -> tuple[list[str], list[list[str]]]:
         """Head and cells as shown."""
-        written = quantities.typeset_unit if typeset else quantities.printed_unit
-        return self._arranged(
-            lambda c: c.label or c.quantity.label, lambda c: written(c.quantity.display), lambda c, x: c.text(x)
-        )
+
+        def written(column: Column) -> str:
+            unit = column.quantity.display
+            # no line break within a unit of a page
+            return quantities.typeset_unit(unit).replace(" ", "\xa0") if typeset else quantities.printed_unit(unit)
+
+        return self._arranged(lambda c: c.label or c.quantity.label, written, lambda c, x: c.text(x))
 
     def _arranged(
         self, label: Callable[[Column], str], unit: Callable[[Column], str], value: Callable[[Column, Cell], Any]

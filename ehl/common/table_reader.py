@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 _LOG = logging.getLogger("mixed_ehl")
 # a header such as "pressure_hertz [GPa]"; round brackets are common in spreadsheets; what follows # is a comment
 _HEADER = re.compile(r"(?P<name>[^\[(#]+?|#.*)\s*(?:[\[(]\s*(?P<unit>[^\])]*?)\s*[\])].*?)?(?:\s#.*)?")
+_MOST_WRONG = 1000  # cells that cannot be used, after which a table is not read further
 _HEADER_LINES = 200  # among the first of these the header is looked for
 # first cell of a row that a spreadsheet or a test rig adds below the data
 _STATISTICS = (
@@ -184,6 +185,7 @@ def _block(
     separator = str(body.attrs.get("separator", ""))
     decimals = decimals_of([cell for cell in body.to_numpy().ravel() if isinstance(cell, str)], separator)
     rows: list[tuple[int, dict[str, Any]]] = []
+    wrong: list[InputError] = []
     left_out, other, last = 0, list[int](), head.position
     labelled = any(k == 0 and quantities[name] is None for name, k in taken.items())
     for number, row in zip(body.index, body.to_numpy(), strict=True):
@@ -201,16 +203,23 @@ def _block(
         values: dict[str, Any] = {}
         for name, cell in used.items():
             quantity, where = quantities[name], f"{path.name}, row {number}, {head.names[taken[name]]}"
-            if quantity is None:
-                values[name] = _text(cell, where)
-            elif missing and _is_missing(cell, units[taken[name]], quantity, empty=foreign):
+            if quantity is not None and missing and _is_missing(cell, units[taken[name]], quantity, empty=foreign):
                 break
-            else:
-                values[name] = _number(cell, units[taken[name]], quantity, where, bare, decimals)
+            try:
+                if quantity is None:
+                    values[name] = _text(cell, where)
+                else:
+                    values[name] = _number(cell, units[taken[name]], quantity, where, bare, decimals)
+            except InputError as error:
+                wrong.append(error)
         else:
             rows.append((int(number), values))
             continue
         left_out += 1
+        if len(wrong) > _MOST_WRONG:
+            break
+    if wrong:
+        raise InputError.of(wrong)
     return rows, left_out, other
 
 
@@ -410,7 +419,7 @@ def _text(cell: Cell, where: str) -> str:
 def _number(cell: Cell, unit: str | None, quantity: ValueRange, where: str, bare: bool, decimals: str) -> float:
     value: Cell = with_point(cell.strip(), decimals, where) if isinstance(cell, str) else cell
     if value is None or value == "":
-        raise InputError(where, None, quantity.expected, "The cell is empty.")
+        raise InputError(where, None, quantity.expected(), "The cell is empty.")
     if _CODES.fullmatch(str(value)) and quantity.unit:
         hint = "It may be a code of a missing value. Omit the row, or write the value with its unit in the cell."
         raise InputError(where, cell, "a number other than -999 or -9999", hint)

@@ -365,23 +365,21 @@ class ValueRange:
     le: float | None = None
     hint: str = ""  # remedy for a value outside the range
 
-    @property
-    def allowed(self) -> str:
-        """The allowed range as text."""
+    def expected(self, value: object = None) -> str:
+        """The allowed range in the unit of a typed value, otherwise in a usual one, and an example with its unit."""
+        match = _NUMBER_AND_UNIT.fullmatch(_plain(value)) if isinstance(value, str) else None
+        usual = _EXAMPLES.get(self.unit, "").partition(" ")[2]
+        known = {name: _known(name, self.unit) for name in (match[2] if match else "", usual) if name}
+        unit, (factor, zero) = next(((name, scale) for name, scale in known.items() if scale), (self.unit, (1.0, 0.0)))
         ends = {"above": self.gt, "at least": self.ge, "below": self.lt, "at most": self.le}
-        bounds = [f"{word} {f'{end:.6g} {self.unit}'.strip()}" for word, end in ends.items() if end is not None]
-        return " and ".join(bounds) or "any finite value"
-
-    @property
-    def expected(self) -> str:
-        """The allowed range and an example with its unit."""
-        return f"{self.allowed} ({_expectation(self.unit)})"
+        bounds = [f"{word} {(x - zero) / factor:.6g} {unit}".strip() for word, x in ends.items() if x is not None]
+        return f"{' and '.join(bounds) or 'any finite value'} ({_expectation(self.unit)})"
 
     def check(self, value: object, field: str, *, bare: bool = True) -> float:
         """Parse and check one value outside a pydantic model (the command line)."""
         number = parse_quantity(value, self.unit, field=field, bare=bare)
         if not self._inside(number):
-            raise InputError(field, value, self.expected, self._remedy(value))
+            raise InputError(field, value, self.expected(value), self._remedy(value))
         return number
 
     def check_given(self, value: object, field: str) -> float:

@@ -277,7 +277,7 @@ class FieldLocation:
         """Allowed values as text; empty if unknown."""
         for part in self.metadata:
             if isinstance(part, ValueRange):
-                return part.expected
+                return part.expected()
         kind, table = self.annotation, f"a table [{'.'.join(self.path)}]"
         if _is_model(kind):
             needed = [info.alias or name for name, info in kind.model_fields.items() if info.is_required()]

@@ -113,7 +113,7 @@ class DirectLubricant(ShearInput):
             for name, kind in (("viscosity_inlet", Viscosity), ("pressure_viscosity", PressureViscosity)):
                 if values.get(name) is None:
                     hint = "Alternatively give a table viscosity with the constants."
-                    raise InputError(name, None, value_range(kind).expected, hint)
+                    raise InputError(name, None, value_range(kind).expected(), hint)
         return values
 
     @model_validator(mode="after")

@@ -75,7 +75,7 @@ def read_measurement(path: Path, fixed: Mapping[str, float], *, roughness_rms: f
         raise InputError(f"{path.name}, load", " and ".join(loads) or None, "exactly one of " + ", ".join(LOADS), hint)
     for name in NEEDED:
         if name not in given:
-            raise InputError(f"{path.name}, column {name}", None, CONDITIONS[name].expected, hint)
+            raise InputError(f"{path.name}, column {name}", None, CONDITIONS[name].expected(), hint)
     columns = {
         name: np.array(table[name] if name in table else np.full(size, fixed[name]), dtype=float)
         for name in CONDITIONS

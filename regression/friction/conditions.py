@@ -143,7 +143,7 @@ def contact_points(**conditions: Unpack[PointConditions]) -> ContactState:
             raise InputError(name, values[name], "one of " + ", ".join(POINT))
     for name in _NEEDED:
         if name not in values:
-            raise InputError(name, None, POINT[name].expected)
+            raise InputError(name, None, POINT[name].expected())
     state = {name: _checked(name, value) for name, value in values.items()}
     _check_shapes({name: numbers.shape for name, numbers in state.items() if numbers.shape})
     if (fastest := float(np.abs(state["slide_to_roll"]).max(initial=0.0))) > _COUNTER_ROLLING:

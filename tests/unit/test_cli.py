@@ -209,7 +209,12 @@ def test_ctrl_c_says_what_is_kept_and_how_to_go_on(capsys: pytest.CaptureFixture
     with pytest.raises(SystemExit) as stopped, working("fit", "rows are kept, the same command resumes"):
         raise KeyboardInterrupt
     assert stopped.value.code == console.STOPPED == 130
-    assert "rows are kept, the same command resumes" in capsys.readouterr().err
+    early = capsys.readouterr().err
+    assert "rows are kept, the same command resumes" in early
+    with pytest.raises(SystemExit), working("fit", "rows are kept, the same command resumes"):
+        report_progress("rows", 1, 2)
+        raise KeyboardInterrupt
+    assert ["first new result" in text for text in (early, capsys.readouterr().err)] == [True, False]
 
 
 def test_stopped_commands(mixed_ehl: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

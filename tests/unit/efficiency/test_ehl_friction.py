@@ -210,10 +210,10 @@ def test_growth_ends_at_the_most_contacts_and_where_it_is_met_at_once(monkeypatc
         with progress_to(heard.append):
             estimate = EhlFriction("ehl", points=40, tolerance=tolerance, jobs=1).mu(state, oil=OIL)
         assert estimate.contacts == wanted
-        # the estimated time is reported before the first contact, and the progress after each
+        # progress is reported before the first contact and after each
         assert (heard[0].step, heard[0].done, heard[0].total) == ("contacts", 0, module.FIRST)
-        assert 0.05 * module.FIRST < heard[0].seconds_left < 10.0 * module.FIRST
-        assert [state.done for state in heard if state.seconds_left is None] == list(range(1, wanted + 1))
+        assert heard[0].seconds_left is None  # before a contact is finished its time is not known
+        assert sorted({state.done for state in heard}) == list(range(wanted + 1))
         assert heard[-1].done == heard[-1].total == wanted
 
 

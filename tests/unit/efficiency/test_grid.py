@@ -269,6 +269,13 @@ def test_duty_cycles_are_read(duty: Path) -> None:
     assert (rows[0].speed, rows[0].temperature) == pytest.approx((40.0 * np.pi, 363.15))
 
 
+def test_all_bad_rows_are_named(duty: Path) -> None:
+    duty.write_text(DUTY + "x,500,40,5,no number\n100,500,900,5,too hot\n100,500,40,-1,no duration\n")
+    with refuses("duty.csv, row 5, torque") as caught:
+        read_duty(duty)
+    assert [problem.field.rpartition(" ")[2] for problem in caught.value.problems] == ["torque", "temperature", "hours"]
+
+
 def test_a_recording_of_a_vehicle(mixed_ehl: Any, tmp_path: Path) -> None:
     path = tmp_path / "cycle.csv"
     lines = ["Logger V3;2026-01-01", "Zeit [s];Geschwindigkeit [km/h];Radmoment [Nm];Gang"]

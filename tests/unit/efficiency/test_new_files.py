@@ -51,12 +51,19 @@ def test_oil_by_two_viscosities_is_the_generic_oil(tmp_path: Path) -> None:
 
 
 def test_axle_has_the_offset_of_its_pair() -> None:
-    for pair, offset in (("fm_hypoid_13x42_relieved", 15e-3), ("fm_spiral_bevel_14x39_relieved", 0.0)):
+    for pair, offset in (
+        ("fm_hypoid_13x42_relieved", 15e-3),
+        ("fm_spiral_bevel_14x39_relieved", 0.0),
+        ("eaxle_helical_23x75", -60e-3),  # cylindrical: the place of the shipped axle with such a pair
+    ):
         content = tomllib.loads(efficiency.new_file("axle", "mine", pair=pair))
         height = validate(AxleInput, content).pinion_shaft.height
         assert height == pytest.approx(-offset)
     with refuses("design"):
         efficiency.new_file("axle", "mine", pair="no_pair")
+    for pair, like in (("eaxle_helical_23x75", "truck_hypoid"), ("fm_hypoid_13x42_relieved", "eaxle_helical")):
+        with refuses("like"):
+            efficiency.new_file("axle", "mine", pair=pair, like=like)
 
 
 @pytest.mark.parametrize(

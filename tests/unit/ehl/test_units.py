@@ -93,6 +93,20 @@ def test_ends_of_a_range(limits: dict[str, float], inside: list[float], outside:
         assert re.findall(r"\d", caught.value.allowed)[: len(limits)] == [f"{end:.0f}" for end in limits.values()]
 
 
+@pytest.mark.parametrize(
+    ("value", "allowed"),
+    [
+        ("300 degC", "at most 250 degC"),
+        ("600 K", "at most 523.15 K"),
+        ("600 °F", "at most 482 °F"),
+        (600.0, "at most 250 degC"),
+        (None, "at most 250 degC"),
+    ],
+)
+def test_a_range_is_in_the_unit_of_the_value(value: object, allowed: str) -> None:
+    assert ValueRange("K", ge=233.15, le=523.15).expected(value).partition(" (")[0].endswith(allowed)
+
+
 def test_remedies() -> None:
     """The unit that was meant; the hint of the field where none makes a value fit; the nearest spelling of a unit."""
     pressure = ValueRange("Pa", ge=5e7, le=8e9)
