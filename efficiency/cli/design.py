@@ -111,7 +111,9 @@ def export(
 
     A formula becomes one function with its range, interval and flag: .py, .c, .f90 or .m, or an FMU: .fmu.
     """
-    if design in shipped("formulas") or Path(design).suffix == ".json":
+    # an unknown name with the file of a program is that of a formula
+    other = design in shipped("designs") or Path(design).suffix == ".toml" or not output.suffix
+    if design in shipped("formulas") or Path(design).suffix == ".json" or not other:
         shared.refuse("a formula", of_design)
         console.check_outputs({"output": output})
         formula = regression.Formula.load(design)

@@ -75,7 +75,8 @@ def gear(
         shared.refuse("--rating", {**conditions, "friction": friction, **more, **misalignment})
         shared.present(pair.rating(**at, duty=spectrum), **files)
         return
-    shared.refuse("a computation without --rating", {"spectrum": spectrum})
+    if spectrum is not None:
+        raise InputError("spectrum", str(spectrum), "only together with --rating")
     if "load_from" in more:
         shared.refuse("--load-from", {"bulk": conditions.get("bulk"), "uncertainty": more.get("uncertainty")})
     [model] = pair.check([friction], **conditions)

@@ -232,6 +232,8 @@ def candidates_table(result: Optimisation) -> Table:
     unknown = math.nan, math.nan
     start, at = f"{result.name} (start)", result.problem.start_values
     checked = [(start, 0.0, unknown, unknown, c.start.figures, at, "") for c in result.candidates[:1]]
+    if not checked:
+        checked = [(start, 0.0, unknown, unknown, result.start.figures, at, "on the mesh of the search")]
     for c in result.candidates:
         gains = c.change("power_loss"), c.gain_interval, c.solved_gain
         checked.append((c.name, *gains, c.exact.figures, c.point.variables, c.verdict))

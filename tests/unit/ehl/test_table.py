@@ -99,6 +99,7 @@ def test_vertical_table_gives_each_quantity_its_line_and_unit() -> None:
 
 
 def test_columns_may_hold_another_quantity_under_their_name(tmp_path: Path) -> None:
+    assert "[N\xa0m]" in Table(["torque"], [(1.0,)]).html()
     table = Table([Column("E", of="misalignment.E", label="offset"), Column("share", of="largest")], [(1e-3, 0.05)])
     assert table.csv().splitlines()[0] == "E [m],share"
     assert "offset [mm]" in table.html()
