@@ -24,6 +24,7 @@ from efficiency.optimisation.check import Correction
 from efficiency.optimisation.evaluation import Evaluation, EvaluationTask, evaluate, evaluate_all, settings_of
 from efficiency.optimisation.optimise import load_start, make_problem, optimise
 from efficiency.optimisation.problem import SearchProblem, as_made, box_states, checked_limits, start_value, with_values
+from efficiency.optimisation.report import candidates_table
 from efficiency.optimisation.result import Candidate, Optimisation, non_dominated, spread_out
 from efficiency.optimisation.surrogate import Processes, first_points, weights_of
 from efficiency.pair import GearPair
@@ -284,6 +285,7 @@ def test_reasons_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     frame = result.to_frame()
     assert set(frame.loc[frame["status"] == "failed", "reason"]) == {"no_contact: for the test"}
     assert json.loads(json.dumps(result.to_dict(), allow_nan=False))["status"] == "failed"
+    assert len(report.candidates_table(result).rows) == 1  # the start
     monkeypatch.setitem(names, "evaluate", lambda task: Evaluation(task.key, {}, reason="no_contact: nowhere"))
     with pytest.raises(ConvergenceError, match="nowhere"):
         optimise(PAIR, BOUNDS, **RUN)
