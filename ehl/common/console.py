@@ -419,6 +419,7 @@ def fail_unless_converged(status: str, reason: str) -> None:
 
 
 FIRST_DISPLAY, LINE_EVERY = 3.0, 30.0  # time of the first display, interval of lines in a log [s]
+_AT_ONCE = 0.1  # time between two reports of items that were not computed [s]
 NOTHING_KEPT = "no results are stored; the same command starts again"
 
 
@@ -435,7 +436,7 @@ class ProgressDisplay:
     def __init__(self, what: str, stream: IO[str], clock: Callable[[], float] = time.monotonic) -> None:
         self.what, self.stream, self.clock = what, stream, clock
         self.begin = clock()
-        self.begins: dict[str, float] = {}
+        self.begins: dict[str, tuple[float, int]] = {}  # time and finished items at the begin of each step
         self.next = self.begin + FIRST_DISPLAY
         self.state, self.reported = Progress("", 0, 0), self.begin
         self.finished = False  # whether any item is
@@ -444,12 +445,12 @@ class ProgressDisplay:
     def update(self, state: Progress) -> None:
         """Set the state of the computation."""
         self.reported = self.clock()
-        if state.done == 0:
-            self.begins[state.step] = self.reported
-            if state.seconds_left:
-                self.next = self.reported  # an expected time is shown at once
-        # nested steps alternate and have separate rates
-        self.begins.setdefault(state.step, self.clock() if self.begins else self.begin)
+        if state.done == 0 and state.seconds_left:
+            self.next = self.reported  # an expected time is shown at once
+        # nested steps alternate and have separate rates; items reported at once are those of an earlier run
+        begin = self.reported, state.done
+        if state.done == 0 or self.reported - self.begins.setdefault(state.step, begin)[0] < _AT_ONCE:
+            self.begins[state.step] = begin
         self.finished = self.finished or state.done > 0
         self.state = state
 
@@ -463,8 +464,9 @@ class ProgressDisplay:
         left = state.seconds_left
         if left is not None:
             left = max(left - (now - self.reported), 0.0)
-        elif 0 < state.done < state.total:
-            left = (now - self.begins[state.step]) * (state.total - state.done) / state.done
+        elif state.done < state.total and state.done > self.begins[state.step][1]:
+            begin, done = self.begins[state.step]
+            left = (now - begin) * (state.total - state.done) / (state.done - done)
         if left and state.done < state.total:
             parts.append(f"about {duration(left)} left")
         return ", ".join(parts)

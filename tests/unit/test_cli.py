@@ -171,6 +171,11 @@ def test_the_remaining_time_is_that_of_the_current_step() -> None:
         if state:
             display.update(Progress("contacts", *state))
         assert display.text() == f"comparison, contacts {text}"
+    # results of an earlier run took no time
+    for later, done, text in ((0.0, 39, ""), (0.01, 40, ""), (9.99, 50, ", about 30 s left")):
+        clock.return_value += later
+        display.update(Progress("points", done, 80))
+        assert display.text().partition(" elapsed")[2] == text
 
 
 def test_a_terminal_has_one_line_that_is_removed_in_the_end(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -24,7 +24,6 @@ from efficiency.optimisation.check import Correction
 from efficiency.optimisation.evaluation import Evaluation, EvaluationTask, evaluate, evaluate_all, settings_of
 from efficiency.optimisation.optimise import load_start, make_problem, optimise
 from efficiency.optimisation.problem import SearchProblem, as_made, box_states, checked_limits, start_value, with_values
-from efficiency.optimisation.report import candidates_table
 from efficiency.optimisation.result import Candidate, Optimisation, non_dominated, spread_out
 from efficiency.optimisation.surrogate import Processes, first_points, weights_of
 from efficiency.pair import GearPair
