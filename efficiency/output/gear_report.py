@@ -68,7 +68,8 @@ def gear_sections(result: EfficiencyResult, medium: Medium, units: Units = "metr
     return [Section("", [tables.efficiency_table(result), notes, *strength, *inputs])]
 
 
-plot_gear = plots_load.plot_friction_and_loss
+# main figures of the results
+plot_gear, plot_map, plot_duty = plots_load.plot_friction_and_loss, plots_load.plot_map, plots_load.plot_duty
 
 
 def design_of(result: EfficiencyResult) -> PairDesign:

@@ -3,6 +3,7 @@
 import ast
 import importlib
 import pkgutil
+import re
 import sys
 from collections import defaultdict
 from collections.abc import Iterator
@@ -98,3 +99,13 @@ def test_every_module_is_imported(package: str) -> None:
     assert len(names) > 20
     for name in names:
         importlib.import_module(name)
+
+
+def test_every_presenter_has_the_functions_it_names() -> None:
+    """`Reportable` finds sections and main figure by name; the page of `demo` has no figure of its own."""
+    text = "".join(path.read_text(encoding="utf-8") for name in FORBIDDEN for path in (ROOT / name).rglob("*.py"))
+    found = re.findall(r'presenter = "([\w.]+):(\w+)"', text)
+    assert len(found) > 9
+    for module, name in found:
+        wanted = {f"{name}_sections", f"plot_{name}"} - {"plot_demo"}
+        assert wanted <= vars(importlib.import_module(module)).keys()

@@ -165,16 +165,23 @@ def test_film_ratio_of_a_smooth_contact_is_that_of_the_least_roughness() -> None
 def test_smooth_contacts_are_within_the_range_and_what_is_outside_is_named() -> None:
     model = friction_model("75w90")
     point: dict[str, Any] = HOT | {"temperature_oil": "80 degC", "slide_to_roll": 0.3, "roughness_rms": "0 um"}
-    contact = {name.replace("_oil", ""): value for name, value in point.items() if name != "roughness_rms"}
-    # low pressure and slip, where the form is a third too low: the networks hold for smooth contacts too
-    fast = {"speed_entrainment": "10 m/s"}
-    for light in (fast, {"pressure_hertz": "0.6 GPa", "speed_entrainment": "5 m/s", "slide_to_roll": 0.1}):
-        known = Contact(oil="75w90", **(contact | light)).solve().friction_coefficient
-        smooth = model.mu(**(point | light))
-        assert float(smooth.mu) == pytest.approx(known, rel=0.15)
-        assert smooth.lower < known < smooth.upper
+    random, errors, inside = np.random.default_rng(3).random((40, 4)), [], []
+    for pressure, speed, slip, hot in random:
+        at = {
+            "pressure_hertz": f"{0.4 + pressure} GPa", "speed_entrainment": f"{25.0**speed} m/s",
+            "slide_to_roll": 0.02 * 40.0**slip, "radius_equivalent": "15 mm",
+        }  # fmt: skip
+        known = Contact(oil="75w90", temperature=f"{40 + 60 * hot} degC", **at).solve()
+        light = at | {"temperature_oil": f"{40 + 60 * hot} degC", "roughness_rms": "0 um"}
+        smooth = model.mu(**light)
         assert smooth.flag < FrictionFlag.OUTSIDE_RANGE
-        assert model.range_note(**(point | light)) == ""
+        assert model.range_note(**light) == ""
+        if known.film_central > 120e-9:  # thinner films are those of the least roughness of the data, 0.03 um
+            errors.append(abs(float(smooth.mu) / known.friction_coefficient - 1.0))
+            inside.append(smooth.lower < known.friction_coefficient < smooth.upper)
+    assert len(errors) > 25
+    assert np.mean(errors) < 0.06
+    assert np.mean(inside) > 0.75
     far = point | {"pressure_hertz": "3 GPa", "speed_entrainment": "0.02 m/s", "roughness_rms": "4 um"}
     for quantity in ("Hertz pressure 3 GPa (at most 2.5 GPa)", "entrainment speed", "composite Rq"):
         assert quantity in model.range_note(**far)
@@ -199,7 +206,7 @@ def test_points_never_fitted_are_met_as_their_table_says() -> None:
     model = friction_model("75w90")
     frame = load_dataset("gear_75w90_noise", "gear_75w90_hot_noise").frame
     frame, ratio = frame[frame["friction_error"] <= 1.0], ["film_ratio_formula"]
-    assert 75 <= model.unseen.count == len(frame.drop_duplicates(ratio)) <= 80
+    assert 123 <= model.unseen.count == len(frame.drop_duplicates(ratio)) <= 128
     counts, _ = np.histogram(frame.drop_duplicates(ratio)["film_ratio"], [0.0, 0.5, 1.0, 2.0, np.inf])
     assert [band.count for band in model.unseen_bands] == counts.tolist()
     # contacts along gear meshes too are means over their profiles
