@@ -80,6 +80,11 @@ def test_gear_and_its_map(mixed_ehl: Any) -> None:
     assert 0.98 < one["efficiency"] < 1.0
     grid = json.loads(mixed_ehl("map", PAIR, "--torque", "100, 200 N m", "--json").out)
     assert [point["torque"] for point in grid["points"]] == [100.0, 200.0]
+    # the load of the map starts from its neighbour: the same within the stated errors of both
+    again = grid["points"][1]
+    stated = one["errors"]["balance"] + again["efficiency_error_balance"]
+    assert stated < 1e-5
+    assert again["efficiency"] == pytest.approx(one["efficiency"], abs=stated)
 
 
 def test_compare_prints_a_row_per_model(mixed_ehl: Any) -> None:

@@ -362,3 +362,10 @@ def test_spur_gears_have_no_lengthwise_sliding_and_a_pitch_point(tmp_path: Path)
     (tmp_path / "spur.toml").write_text(text)
     low, _ = Plan.from_file(tmp_path / "spur.toml").variables["slide_to_roll"].values
     assert 1e-4 < low <= 1e-3
+
+
+def test_refusals() -> None:
+    with pytest.raises(InputError):
+        operating_range([])
+    with refuses("coverage"):
+        operating_range([points()], 0.2)
