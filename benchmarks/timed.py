@@ -183,7 +183,7 @@ TIMED = {
         f"formula 75w90 at {POINTS} points; half the stated interval over mu", lambda: points_of("75w90"), half_interval
     ),
     "formula_c": Timed(
-        f"formula 75w90 as C, with the flags of its head, at {C_POINTS} points; microseconds a point in place of the error",
+        f"formula 75w90 as C (flags of its head) at {C_POINTS} points; microseconds a point in place of the error",
         exported,
         float,
     ),
