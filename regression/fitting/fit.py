@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -226,16 +226,8 @@ def fit_formula(
     if oil is not None and oil not in dataset.oils:
         raise InputError("oil", oil, "one of the oils of the data: " + ", ".join(dataset.oils))
     frame, excluded = usable_rows(dataset, corners=corners)
-    if min(len(frame), own_rows(frame, oil).sum()) < 2 * len(family.terms):
-        reasons = ", ".join(f"{count} {reason}" for reason, count in excluded.items()) or "none excluded"
-        needed = f"at least {2 * len(family.terms)} usable cases for family {family.name}"
-        raise InputError("run", f"{own_rows(frame, oil).sum()} usable cases", needed, f"Excluded: {reasons}.")
-    for name, extra in (("paths", paths), ("noise", noise)):
-        others = sorted(set(extra.oils) - set(dataset.oils)) if extra is not None else []
-        if others:
-            hint = f"Repeat the sweep of {name} with that oil, or omit {name}."
-            allowed = f"contacts with the oils of the data, {', '.join(dataset.oils)}"
-            raise InputError(name, ", ".join(others), allowed, hint)
+    _require_enough(frame, family, oil, excluded)
+    _require_known_oils(dataset, paths=paths, noise=noise)
     with single_thread():
         by_oil = oil is not None and len(dataset.oils) > 1
         workers = jobs if network and expected_seconds([NETWORK], len(frame)) > _WORTH_WORKERS else 1
@@ -267,17 +259,7 @@ def fit_formula(
     noise_of_network, deviation = _with_noise(error, held_out.deviation)
     score = error if deviation is None else error / deviation
     covered = covered_by_other_folds(judged["film_ratio_formula"].to_numpy(dtype=float), score, held_out.folds)
-    mu_b = frame["boundary_friction"]
-    ranges = {name: _rounded_range(frame[name].to_numpy(dtype=float)) for name in box}
-    if "temperature_oil" in ranges:  # no further than an oil has a viscosity
-        ranges["temperature_oil"] = (
-            ranges["temperature_oil"][0],
-            min(ranges["temperature_oil"][1], TEMPERATURE_RANGE[1]),
-        )
-    if form.source is not None:  # tuned networks describe these as well; `cloud` shows where the new contacts end
-        for name, known in form.source.ranges.items():
-            low, high = ranges.get(name, known)
-            ranges[name] = min(low, known[0]), max(high, known[1])
+    mu_b, ranges = frame["boundary_friction"], _ranges(frame, box, form)
     formula = FittedFormula(
         schema_version=FORMULA_SCHEMA,
         writer=f"mixed-ehl {__version__}",
@@ -319,6 +301,51 @@ def fit_formula(
         cloud=data_cloud(columns(frame), box),
         network=None if network_of_oil is None else network_of_oil.model_copy(update={"noise": noise_of_network}),
     )
+    return _checked(formula, dataset, corners=corners, paths=paths, noise=noise, oil=oil)
+
+
+def _require_enough(frame: pd.DataFrame, family: Family, oil: str | None, excluded: Mapping[str, int]) -> None:
+    """Raises `InputError`: fewer than two usable cases per term, of all oils or of the selected one."""
+    own, least = int(own_rows(frame, oil).sum()), 2 * len(family.terms)
+    if own < least:
+        reasons = ", ".join(f"{count} {reason}" for reason, count in excluded.items()) or "none excluded"
+        needed = f"at least {least} usable cases for family {family.name}"
+        raise InputError("run", f"{own} usable cases", needed, f"Excluded: {reasons}.")
+
+
+def _require_known_oils(dataset: Dataset, **checks: Dataset | None) -> None:
+    """Raises `InputError`: contacts for checks have an oil that the data lack."""
+    for name, extra in checks.items():
+        others = sorted(set(extra.oils) - set(dataset.oils)) if extra is not None else []
+        if others:
+            hint = f"Repeat the sweep of {name} with that oil, or omit {name}."
+            allowed = f"contacts with the oils of the data, {', '.join(dataset.oils)}"
+            raise InputError(name, ", ".join(others), allowed, hint)
+
+
+def _ranges(frame: pd.DataFrame, names: Iterable[str], form: FittedForm) -> dict[str, tuple[float, float]]:
+    """Ranges of the fitted cases, with those of the networks that were tuned to them."""
+    ranges = {name: _rounded_range(frame[name].to_numpy(dtype=float)) for name in names}
+    if "temperature_oil" in ranges:  # no further than an oil has a viscosity
+        low, high = ranges["temperature_oil"]
+        ranges["temperature_oil"] = low, min(high, TEMPERATURE_RANGE[1])
+    if form.source is not None:  # tuned networks describe these as well; `cloud` shows where the new contacts end
+        for name, known in form.source.ranges.items():
+            low, high = ranges.get(name, known)
+            ranges[name] = min(low, known[0]), max(high, known[1])
+    return ranges
+
+
+def _checked(
+    formula: FittedFormula,
+    dataset: Dataset,
+    *,
+    corners: bool,
+    paths: Dataset | None,
+    noise: Dataset | None,
+    oil: str | None,
+) -> FittedFormula:
+    """The formula with its errors at contacts that were not fitted: corners, along meshes, several profiles."""
     on_paths = kept_rows(dataset, "path")
     if paths is not None:
         on_paths = pd.concat([on_paths, checkable_rows(paths.frame)], ignore_index=True)
