@@ -457,11 +457,9 @@ def _tables(values: Mapping[str, Any], names: Mapping[str, Any]) -> tuple[dict[s
 
     Whole tables are not changed, so that an error in a table refers to its key in the file.
     """
-    tables: dict[str, Any] = {}
+    whole = {name: value for name, value in values.items() if name in names}
+    tables = {name: _solid(value) if name.startswith("solid_") else value for name, value in whole.items()}
     written: dict[str, str] = {}
-    for name, value in values.items():
-        if name in names:
-            tables[name] = _solid(value) if name.startswith("solid_") else value
     for name, value in values.items():
         if name in names:
             continue

@@ -125,20 +125,17 @@ def _arana_film(c: Conditions) -> Array:
     return inlet_heating(c) * c["film_formula"]
 
 
-def _arana_fluid(c: Conditions, base: str) -> Array:
-    pressure = np.maximum(0.25 * np.pi * c["pressure_hertz"], 1.0)
-    return p.arana_2019_fluid(
-        pressure,
+def _mix(share: Array, c: Conditions, base: str, boundary_friction: float = BOUNDARY_FRICTION) -> Array:
+    """Boundary friction and the film friction of Arana et al., weighted by the asperity load share."""
+    fluid = p.arana_2019_fluid(
+        np.maximum(0.25 * np.pi * c["pressure_hertz"], 1.0),
         c["viscosity_mean_pressure"],
         c["pressure_viscosity"],
         c["speed_sliding"],
         _arana_film(c),
         OIL_FAMILIES[base].ratio,  # Lambda of the authors limits the mean friction and is no property of the oil
     )
-
-
-def _mix(share: Array, c: Conditions, base: str, boundary_friction: float = BOUNDARY_FRICTION) -> Array:
-    return np.asarray(share * boundary_friction + (1.0 - share) * _arana_fluid(c, base))
+    return np.asarray(share * boundary_friction + (1.0 - share) * fluid)
 
 
 def _groups(c: Conditions) -> tuple[Array, Array, Array]:
