@@ -252,11 +252,11 @@ def test_tables_of_pages_are_read(block, mixed_ehl, tmp_path, monkeypatch):
         assert regression.Plan.from_dict(content).count > 0
     elif block.page == "docs/roughness.md":
         given = tomllib.loads((DOCS / "examples" / "contact_rough.toml").read_text(encoding="utf-8"))
-        assert ehl.Contact.from_dict(given | content).surface.finish == "ground"
+        assert ehl.Contact(**given | content).surface.finish == "ground"
     elif block.page == "docs/oils.md":
         given = tomllib.loads((DOCS / "examples" / "contact.toml").read_text(encoding="utf-8"))
         lubricant = content.get("lubricant", {"temperature_oil": "80 degC"} | content)
-        assert ehl.Contact.from_dict(given | {"lubricant": lubricant}).to_dict()["lubricant"]
+        assert ehl.Contact(**given | {"lubricant": lubricant}).to_dict()["lubricant"]
     elif block.page == "docs/machine_settings.md":
         Path("targets.toml").write_text(block.text, encoding="utf-8")
         assert load_targets("targets.toml").targets.drive.crowning_toe == pytest.approx(4e-5)

@@ -111,7 +111,7 @@ def test_finish_in_a_contact_and_what_overrides_it():
     plain = ehl.Contact(**LINE, roughness_rms_1="0.3 um", roughness_rms_2="0.3 um")
     rougher = plain.replace(roughness_rms_1="0.6 um", roughness_rms_2="0.6 um")
     assert [each.surface.correlation_length for each in (plain, rougher)] == pytest.approx([12e-6, 24e-6])
-    assert ehl.Contact.from_dict(plain.to_dict()) == plain
+    assert ehl.Contact(**plain.to_dict()) == plain
     assert (default_correlation_length(0.01e-6), default_correlation_length(9e-6)) == (8e-6, 150e-6)
     turned = ehl.Contact(**LINE, finish="ground", lay_angle="30 deg").surface
     assert (turned.correlation_length, turned.peklenik_number) == pytest.approx(lay_seen(16e-6, 5.0, math.pi / 6.0))

@@ -137,7 +137,7 @@ def flank(tmp_path: Path) -> Path:
 def test_card_holds_what_was_measured(flank: Path, tmp_path: Path) -> None:
     measured = ehl.measured_surface(flank)
     card = tmp_path / "mine.toml"
-    card.write_text(Finish.from_profile(flank).to_toml(), encoding="utf-8")
+    card.write_text(Finish.from_profile(measured).to_toml(), encoding="utf-8")
     finish = Finish.load(str(card))
     for name, true in (("roughness_rms", 0.4e-6), ("correlation_length", 16e-6)):
         figure = getattr(finish, name)
