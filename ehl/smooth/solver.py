@@ -68,7 +68,6 @@ class SteadyResult:
     flow: float  # mass flow over (rho0 u_r) = rho/rho0 h at dp/dx = 0 [m]
     film_central_error: float
     film_min_error: float
-    pressure_max_error: float
     friction_error: float
     iterations: int
     nodes: int
@@ -203,7 +202,6 @@ def steady_result(
         film_central_error=relative.film_central,
         film_min_error=relative.film_min,
         friction_error=friction_error,
-        pressure_max_error=relative.pressure_max,
         iterations=report.iterations,
         nodes=fine.x.size,
         mass_residual=fine.mass_residual,

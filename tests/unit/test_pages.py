@@ -37,7 +37,7 @@ from efficiency.machine_settings.settings_result import RESIDUAL_LIMIT
 from efficiency.optimisation.problem import BOX
 from ehl.common.validation import validate
 from regression.calibration.calibrate import setup_of
-from regression.data.dataset import dataset_names, load_dataset
+from regression.data.dataset import load_dataset
 from regression.plan.plan import Plan
 from regression.sweeping.slurm import DEFAULT_JOBS, DEFAULT_TIME
 
@@ -325,7 +325,7 @@ def oils() -> list[regression.Formula]:
 def solved() -> list[float]:
     """Oils, contacts of their formulas, contacts of the data that are not fitted, oils of `gear`."""
     (fitted,) = {formula.data.count for formula in (*oils(), regression.Formula.load("gear"))}
-    kept = [name for name in dataset_names() if name.endswith(("_paths", "_noise"))]
+    kept = [name for name in ehl.shipped("datasets") if name.endswith(("_paths", "_noise"))]
     others = sum(len(load_dataset(name).frame) for name in kept)
     return [len(oils()), fitted, others, len(regression.Formula.load("gear").oils)]
 

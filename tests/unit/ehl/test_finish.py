@@ -163,15 +163,13 @@ def test_mean_autocorrelation_is_the_gaussian_one():
     assert_allclose(np.mean(curves, axis=0), np.exp(-((lags * 1e-6 / LC) ** 2)), atol=0.03)
 
 
-def test_no_wavelength_below_the_cutoff():
+def test_no_wavelength_below_the_cutoff_and_correlation_length():
     profile = generate_profile(1.0, LC, LENGTH, 1e-6, 1, cutoff=80e-6)
     power = np.abs(np.fft.rfft(profile.heights)) ** 2
     wavelength = LENGTH / np.arange(1, len(power))
     assert power[1:][wavelength < 80e-6 * (1 - 1e-9)].max() < 1e-20 * power.max()
     assert profile.cutoff == 80e-6
-
-
-def test_correlation_length_of_an_exact_gaussian_acf():
+    # of an exact Gaussian autocorrelation
     x = 1e-6 * np.arange(4000)
     spectrum = np.fft.rfft(np.exp(-((np.minimum(x, 4000e-6 - x) / LC) ** 2)))
     heights = np.fft.irfft(np.sqrt(np.maximum(spectrum.real, 0.0)), 4000)
