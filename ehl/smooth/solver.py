@@ -219,6 +219,6 @@ def _failed(reason: str, report: PathReport, fallbacks: list[str]) -> SteadyResu
     empty = np.zeros(0)
     return SteadyResult(
         "failed", reason, empty, empty, empty, empty, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
-        math.inf, math.inf, math.inf, math.inf, report.iterations, 0, math.inf, math.inf, 0.0, 0.0,
+        math.inf, math.inf, math.inf, report.iterations, 0, math.inf, math.inf, 0.0, 0.0,
         tuple(dict.fromkeys(fallbacks)),
     )  # fmt: skip
