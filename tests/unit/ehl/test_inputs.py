@@ -160,7 +160,6 @@ def test_places_below_unions_and_lists_of_anything() -> None:
     assert locate_field(Anything, ("shape", "round", "kind")).owner is Round
     assert locate_field(Anything, ("shape", "square")).owner is not Round
     assert locate_field(Anything, ("rest", 0, "key")).path == ("rest", "0", "key")
-    # kinds of laws are listed
     card = Oil.load("75w90").model_dump(mode="json", exclude_none=True, by_alias=True)
     with refuses("pressure_viscosity.law") as caught:
         validate(Oil, card | {"pressure_viscosity": {"law": "god"}})
