@@ -240,7 +240,6 @@ def test_code_without_guard_is_short_and_oil_properties_may_be_arguments(tmp_pat
     arguments = formula_of(name).export(path, guard=False)
     assert len(path.read_text()) < 20_000
     agree(np.column_stack(python_function(path)(*columns(arguments, name).T)), name + WITHOUT_GUARD)
-    path = tmp_path / "by_arguments.py"
     arguments = formula_of(name).export(path, oil_arguments=True)
     assert {*arguments} & set(LUBRICANT_UNITS)
     table = conditions_of(state(points(name)), Oil.load("75w90"))
