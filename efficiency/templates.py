@@ -96,7 +96,7 @@ def new_file(kind: str, name: str = "", **answers: float | str) -> str:
     >>> import efficiency
     >>> import ehl
     >>> text = efficiency.new_file("contact", oil="fva3", pressure="1 GPa")
-    >>> ehl.Contact.from_dict(tomllib.loads(text)).contact.pressure_hertz
+    >>> ehl.Contact(**tomllib.loads(text)).contact.pressure_hertz
     1000000000.0
     """
     template = _template(kind)
@@ -160,7 +160,7 @@ def _contact(text: str, name: str, answers: Mapping[str, str], given: Mapping[st
 
     own = "finish" in given and "roughness" not in given  # the finish has its own Rq
     text = _filled(text, name, {**answers, "roughness": ""} if own else answers)
-    Contact.from_dict(tomllib.loads(text))
+    Contact(**tomllib.loads(text))
     return text
 
 

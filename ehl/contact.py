@@ -6,7 +6,7 @@ import dataclasses
 import inspect
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, Self, TypedDict, Unpack, cast
+from typing import TYPE_CHECKING, Any, Literal, Self, TypedDict, Unpack
 
 from pydantic import ValidationError, model_validator
 
@@ -255,24 +255,8 @@ class Contact(InputModel):
         """The contact of an input file (TOML) of `mixed-ehl solve`; `InputError` as for `Contact`."""
         return cls(**read_toml(path, "contact"))
 
-    @classmethod
-    def from_dict(cls, content: Mapping[str, object]) -> Self:
-        """The contact of a dictionary of keywords, or of tables as in the input file; `InputError` as for `Contact`.
-
-        Examples
-        --------
-        >>> import ehl
-        >>> contact = ehl.Contact.from_dict({
-        ...     "contact": {"radius_equivalent": 0.01, "pressure_hertz": 1e9, "speed_entrainment": 5.0},
-        ...     "lubricant": {"oil": "fva3", "temperature_oil": "80 degC"},
-        ... })
-        >>> contact == ehl.Contact.from_dict(contact.to_dict())
-        True
-        """
-        return cls(**cast(ContactKeywords, content))
-
     def to_dict(self) -> dict[str, Any]:
-        """The given inputs as tables of the input file in SI units."""
+        """The given inputs as tables of the input file in SI units, the keywords of an equal contact."""
         return self.model_dump(mode="json", exclude_unset=True)
 
     def replace(self, **changes: Unpack[ContactKeywords]) -> Self:
@@ -422,7 +406,7 @@ class Contact(InputModel):
 
     @model_validator(mode="after")
     def _one_modulus(self) -> Self:
-        elastic = {"E", "nu", "youngs_modulus", "poisson_ratio", "material"}
+        elastic = {"youngs_modulus", "poisson_ratio", "material"}
         given = (self.solid_1.model_fields_set | self.solid_2.model_fields_set) & elastic
         if self.contact.effective_modulus is not None and given:
             allowed = "either effective_modulus or the elastic constants of [solid_1] and [solid_2]"
@@ -457,11 +441,9 @@ def _tables(values: Mapping[str, Any], names: Mapping[str, Any]) -> tuple[dict[s
 
     Whole tables are not changed, so that an error in a table refers to its key in the file.
     """
-    tables: dict[str, Any] = {}
+    whole = {name: value for name, value in values.items() if name in names}
+    tables = {name: _solid(value) if name.startswith("solid_") else value for name, value in whole.items()}
     written: dict[str, str] = {}
-    for name, value in values.items():
-        if name in names:
-            tables[name] = _solid(value) if name.startswith("solid_") else value
     for name, value in values.items():
         if name in names:
             continue

@@ -38,6 +38,7 @@ _OF_DISCS = {
     **dict.fromkeys(("speed", "u", "speed_rolling", "speed_sliding"), _SPEEDS),
     **dict.fromkeys(("load", "force", "normal_force", "width", "length", "face_width"), _LOAD),
 }
+_OF_SOLIDS = {"e": "Young's modulus is youngs_modulus.", "nu": "Poisson's ratio is poisson_ratio."}
 RA = "Rq is about 1.25 Ra (Gaussian heights)."
 
 
@@ -65,11 +66,11 @@ class ContactInput(InputModel):
 class SolidInput(InputModel):
     """One body: a shipped material, optionally with other properties."""
 
+    instead = _OF_SOLIDS
+
     material: Annotated[str, in_any_case("materials")] = "steel"
     youngs_modulus: Modulus | None = None
     poisson_ratio: Annotated[float, ValueRange("", gt=-1.0, lt=0.5)] | None = None
-    E: Modulus | None = None
-    nu: Annotated[float, ValueRange("", gt=-1.0, lt=0.5)] | None = None
     thermal_conductivity: Annotated[float, ValueRange("W/(m*K)", gt=0.0, le=2000.0)] | None = None
     heat_capacity: Annotated[float, ValueRange("J/(kg*K)", gt=0.0, le=10000.0)] | None = None
     density: Annotated[float, ValueRange("kg/m^3", gt=0.0, le=30000.0)] | None = None
@@ -79,16 +80,12 @@ class SolidInput(InputModel):
     @model_validator(mode="after")
     def _known(self) -> Self:
         Material.load(self.material)
-        for short, long in (("E", "youngs_modulus"), ("nu", "poisson_ratio")):
-            if getattr(self, short) is not None and getattr(self, long) is not None:
-                raise InputError(short, getattr(self, short), f"only one of {short} and {long}")
         return self
 
     def body(self) -> Material:
         """The material with the properties given here."""
-        names = {name: name for name in type(self).model_fields if name in Material.model_fields}
-        names |= {"E": "youngs_modulus", "nu": "poisson_ratio"}
-        changes = {key: value for name, key in names.items() if (value := getattr(self, name)) is not None}
+        names = type(self).model_fields.keys() & Material.model_fields.keys()
+        changes = {name: value for name in names if (value := getattr(self, name)) is not None}
         return Material.load(self.material).model_copy(update=changes)
 
 

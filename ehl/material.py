@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import AliasChoices, Field
-
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel, load_shipped
 
@@ -16,9 +14,9 @@ class Material(InputModel):
     Parameters
     ----------
     youngs_modulus : float or str
-        Young's modulus E, also under the name E [Pa].
+        Young's modulus E [Pa].
     poisson_ratio : float
-        Poisson's ratio nu, also under the name nu [-].
+        Poisson's ratio nu [-].
     thermal_conductivity : float or str
         Thermal conductivity [W/(m K)].
     heat_capacity : float or str
@@ -35,12 +33,8 @@ class Material(InputModel):
 
     name: str = "custom"
     source: str = ""
-    youngs_modulus: Annotated[float, ValueRange("Pa", ge=1e6, le=2e12)] = Field(
-        validation_alias=AliasChoices("youngs_modulus", "E")
-    )
-    poisson_ratio: Annotated[float, ValueRange("", gt=-1.0, lt=0.5)] = Field(
-        validation_alias=AliasChoices("poisson_ratio", "nu")
-    )
+    youngs_modulus: Annotated[float, ValueRange("Pa", ge=1e6, le=2e12)]
+    poisson_ratio: Annotated[float, ValueRange("", gt=-1.0, lt=0.5)]
     thermal_conductivity: Annotated[float, ValueRange("W/(m*K)", gt=0.0, le=2000.0)] = 30.0
     heat_capacity: Annotated[float, ValueRange("J/(kg*K)", gt=0.0, le=10000.0)] = 465.0
     density: Annotated[float, ValueRange("kg/m^3", gt=0.0, le=30000.0)] = 7830.0

@@ -168,11 +168,12 @@ class ContactResult(Reportable):
     def table(self) -> Table:
         """Results with units, neglected effects and notes, for terminal, page and files."""
         known = [name for name in _SHOWN if math.isfinite(getattr(self, name))]
+        remarks = (f"{note.grade}: {note.text}" for note in group_notes(("", item) for item in self.notes))
         return Table(
             known,
             [[getattr(self, name) for name in known]] if known else [],
             title=f"line contact, {self.operating_point}".removesuffix(", "),
-            notes=(self.outcome, *self._remarks(), self.cost),
+            notes=(self.outcome, *remarks, *(f"skipped: {item}" for item in self.skipped), self.cost),
             name="contact",
             vertical=True,
         )
@@ -212,10 +213,6 @@ class ContactResult(Reportable):
         """Iterations and wall time as text."""
         seconds = f", {self.seconds:.3g} s" if math.isfinite(self.seconds) else ""
         return f"{self.iterations} Newton iterations{seconds}"
-
-    def _remarks(self) -> tuple[str, ...]:
-        found = group_notes([("", item) for item in self.notes])
-        return (*(f"{note.grade}: {note.text}" for note in found), *(f"skipped: {item}" for item in self.skipped))
 
 
 def results_frame(results: Sequence[ContactResult]) -> DataFrame:

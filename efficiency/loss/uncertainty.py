@@ -84,7 +84,7 @@ class LossSample:
 def stand_in(model: FrictionModel, oil: Oil) -> tuple[FrictionModel, str]:
     """Formula that represents the friction of solved contacts, and the note on it."""
     name = (*shipped_formulas(oil.name), ANY_OIL)[0]
-    found = Formula.load(name, boundary_friction=getattr(model, "boundary_friction", None))
+    found = Formula.load(name).with_options(getattr(model, "boundary_friction", None))
     other = "" if shipped_formulas(oil.name) else ", of another oil"
     return found, f"by the formula {name}{other}"
 

@@ -29,7 +29,7 @@ import typer.core
 
 from ehl.common.data import reason_text as reason_text
 from ehl.common.data import shipped
-from ehl.common.errors import InputError, MixedEhlError, near
+from ehl.common.errors import InputError, MixedEhlError
 from ehl.common.files import FIGURE, PAGE, make_folder, write_file
 from ehl.common.progress import Progress, duration, progress_to
 from ehl.common.terminal import print_text as print_text
@@ -63,7 +63,7 @@ _OPTIONS = {
     "temperatures": "temperature",
 }
 
-_UsageError: Any = typer.BadParameter.__base__
+_ParserError: Any = typer.BadParameter.__base__
 
 
 def _longest(param: Any) -> str:
@@ -77,6 +77,12 @@ def _behind(option: str, typed: list[str]) -> str | None:
     return next((after for name, after in reversed(list(pairwise(split))) if name == option), None)
 
 
+class UsageError(MixedEhlError):
+    """A command line that cannot be parsed."""
+
+    exit_code = 2
+
+
 class Command(typer.core.TyperCommand):
     """A command whose errors name the options instead of the keywords of the Python interface."""
 
@@ -86,15 +92,15 @@ class Command(typer.core.TyperCommand):
         self.params.sort(key=lambda param: panels.get(str(getattr(param, "rich_help_panel", None)), -1))
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Read the options; errors of the parser become `InputError`."""
+        """Read the options; errors of the parser become `UsageError`."""
         typed = list(args)
         try:
             rest = super().parse_args(ctx, args)
-        except _UsageError as error:
-            refused = self._refused(ctx, error, typed)
-            if refused is None:
-                raise
-            raise refused from None
+        except _ParserError as error:
+            option = max(getattr(getattr(error, "param", None), "opts", None) or [""], key=len)
+            value = _behind(option, typed)
+            stated = error.format_message() if value is None else f"{option} = {value!r:.300}: {error.message}"
+            raise UsageError(f"{stated.rstrip('.')}. See `{ctx.command_path} --help`.") from None
         names = {name: param for param in self.params for name in param.opts if name.startswith("-")}
         for name, param in names.items():
             value = _behind(name, typed)
@@ -102,31 +108,6 @@ class Command(typer.core.TyperCommand):
             if value in ("", *names) and isinstance(ctx.params.get(param.name), Path):
                 raise InputError(name, value, "a file or folder", "'.' is the current folder.")
         return rest
-
-    def _refused(self, ctx: Any, error: Any, typed: list[str]) -> InputError | None:
-        """The error of the parser as an `InputError`; its classes are identified by name, as they have moved."""
-        see, kind = f"See `{ctx.command_path} --help`.", type(error).__name__
-        if kind == "NoSuchOption":
-            options = [param for param in self.params if param.param_type_name == "option"]
-            known = sorted({"--help", *map(_longest, options)})
-            hint = near(error.option_name, known) or see
-            return InputError("option", error.option_name, "one of " + ", ".join(known), hint)
-        if kind == "BadOptionUsage":
-            return InputError(error.option_name, None, "a value after it", see)
-        if kind == "MissingParameter":
-            param = error.param
-            what = " ".join((getattr(param, "help", "") or "a value").split()).rstrip(".")
-            return InputError(_longest(param), None, what, see)
-        if found := re.search(r"unexpected extra argument\S* \((.*)\)", error.message):
-            taken = [_longest(param) for param in self.params if param.param_type_name == "argument"]
-            allowed = f"no more than {' '.join(taken)}" if taken else "options only"
-            return InputError("argument", found[1], allowed, see)
-        if isinstance(error, typer.BadParameter):
-            option = max(getattr(error.param, "opts", None) or [""], key=len)
-            value = _behind(option, typed)
-            if value is not None and option.startswith("-"):
-                return InputError(option, value, _kind(error.message), see)
-        return None
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command."""
@@ -173,15 +154,6 @@ def output_folder(folder: Path) -> Iterator[None]:
             with contextlib.suppress(OSError):
                 path.rmdir()
         raise
-
-
-def _kind(message: str) -> str:
-    """Allowed values of an option from the message of the parser, whose wording depends on its version."""
-    if found := re.search(r"is not in the range (.+?)\.?$", message):
-        return f"a number x with {found[1]}"
-    if found := re.search(r"(greater|less) than or equal to (\S+)", message):
-        return f"a number of at {'least' if found[1] == 'greater' else 'most'} {found[2]}"
-    return "a whole number" if "integer" in message else "a number" if re.search("float|number", message) else message
 
 
 # panels of the options of a command, in this order after the unnamed one; at most ten options are not advanced

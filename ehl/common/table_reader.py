@@ -2,7 +2,7 @@
 
 A header cell is ``name [unit]``, ``name (unit)``, ``name / unit`` or a bare name; under a bare name numbers are SI and
 texts have their unit. The units may also be in a second row (as `mixed-ehl sweep merge` writes them). Names are those
-of docs/nomenclature.md in any spelling, or the usual ones of other programs and test rigs (`_OTHER_NAMES`).
+of docs/nomenclature.md in any spelling, or the usual ones of other programs and test rigs (data/column_names.csv).
 
 A table whose names are all exact is strict: each column, row and cell must be usable. A table of another program (names
 that correspond to those of the program, or lines above the header) is not: other columns, lines between the rows and
@@ -20,9 +20,11 @@ import zipfile
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ehl.common.data import data_rows
 from ehl.common.dialect import MISSING, decimals_of, with_point
 from ehl.common.errors import InputError, near
 from ehl.common.files import read_bytes, read_text
@@ -52,35 +54,6 @@ MAX_UNPACKED = 1_000_000_000  # of a workbook [bytes]
 
 # what a spreadsheet takes for the beginning of a formula
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")
-
-# names of the columns in other programs; if several columns of a table match, the first of this list is taken
-_OTHER_NAMES = {
-    "friction_coefficient": "mu cof friction traction_coefficient traction_coeff traction_coef friction_coeff "
-    "friction_coef coefficient_of_friction reibungszahl reibwert reibkoeffizient traction",
-    "friction_uncertainty": "sd_mu sigma_mu std_friction",
-    "slide_to_roll": "srr slide_roll_ratio slide_to_roll_ratio sliding_rolling_ratio sr slip schlupf",
-    "speed_entrainment": "rolling_speed entrainment_speed mean_speed entrainment_velocity rolling_velocity "
-    "mean_velocity u_e speed velocity",
-    "temperature_oil": "lube_temp oil_temperature oil_temp lubricant_temperature lube_temperature inlet_temperature "
-    "oil_inlet_temperature oeltemperatur t_oil temperature temp pot_temp pot_temperature bath_temperature temperatur",
-    "pressure_hertz": "hertz_pressure hertzian_pressure max_hertz_pressure maximum_hertz_pressure "
-    "max_contact_pressure maximum_contact_pressure contact_pressure hertzsche_pressung p_hertz p_h p_max pressure",
-    "load": "ball_load normal_load normal_force applied_load f_n fn fz normalkraft last force",
-    "radius_equivalent": "reduced_radius effective_radius radius r",
-    "roughness_rms": "rq composite_roughness roughness sq",
-    "torque": "input_torque pinion_torque drehmoment moment torque_in m",
-    "speed": "input_speed pinion_speed rotational_speed drehzahl rpm shaft_speed n",
-    "torque_loss": "loss_torque verlustmoment drag_torque loss mv m_v",
-    "temperature": "oil_temperature oil_temp temperature_oil sump_temperature oeltemperatur temperatur temp",
-    "hours": "duration share dauer stunden",
-    "vehicle_speed": "speed velocity geschwindigkeit v",
-    "wheel_torque": "axle_torque radmoment output_torque",
-    "time": "zeit t elapsed_time",
-    "pressure": "p druck",
-    "viscosity": "dynamic_viscosity eta viskositaet",
-    "density": "rho dichte",
-    "force": "normal_force contact_force",
-}
 
 Cell = float | int | str | None
 Quantities = Mapping[str, ValueRange | None]  # unit and range of every column there may be; None for a text
@@ -190,7 +163,7 @@ def _block(
     labelled = any(k == 0 and quantities[name] is None for name, k in taken.items())
     for number, row in zip(body.index, body.to_numpy(), strict=True):
         used = {name: row[k] for name, k in taken.items()}
-        texts = not any(_looks_numeric(cell) for cell in used.values())
+        texts = not any(isinstance(cell, int | float) or str(cell).strip()[-1:].isdigit() for cell in used.values())
         added = not labelled and str(row[0]).strip(" .:").casefold() in _STATISTICS
         if added or (texts and rows and not foreign and number > last + 1):
             other.append(int(number))
@@ -221,10 +194,6 @@ def _block(
     if wrong:
         raise InputError.of(wrong)
     return rows, left_out, other
-
-
-def _looks_numeric(cell: Cell) -> bool:
-    return isinstance(cell, (int, float)) or (isinstance(cell, str) and cell.strip()[-1:].isdigit())
 
 
 def _is_missing(cell: Cell, unit: str | None, quantity: ValueRange, *, empty: bool) -> bool:
@@ -285,7 +254,7 @@ def _head(position: int, row: Sequence[Cell], quantities: Quantities) -> _Head:
         found = name if name in quantities else ""
         if found and unit and (own := quantities[found]) is not None and not _fits(unit, own):
             # a speed in km/h is that of the vehicle
-            others = [mine for mine in quantities if mine != found and found in _OTHER_NAMES.get(mine, "").split()]
+            others = [mine for mine in quantities if mine != found and found in _other_names(mine)]
             fitting = (mine for mine in others if (of := quantities[mine]) is not None and _fits(unit, of))
             found = next(fitting, found)
             exact = exact and found == name
@@ -319,6 +288,12 @@ def _with_unit(name: str, unit: str | None, quantities: Quantities) -> tuple[str
     return name, unit, _meant(name, quantities)
 
 
+@cache
+def _other_names(quantity: str) -> list[str]:
+    """Names of a quantity in other programs and test rigs."""
+    return next((row["names"].split() for row in data_rows("column_names.csv") if row["quantity"] == quantity), [])
+
+
 def _plain_name(name: str) -> str:
     name = name.casefold()
     for special, plain in zip("äöüμ\u00b5%", ("ae", "oe", "ue", "mu", "mu", "percent"), strict=True):
@@ -331,7 +306,7 @@ def _meant(name: str, quantities: Quantities) -> str:
     plain = _plain_name(name)
     if plain in quantities:
         return plain
-    return next((mine for mine in quantities if plain in _OTHER_NAMES.get(mine, "").split()), "")
+    return next((mine for mine in quantities if plain in _other_names(mine)), "")
 
 
 def _fits(unit: str, quantity: ValueRange) -> bool:
@@ -345,11 +320,11 @@ def _fits(unit: str, quantity: ValueRange) -> bool:
 
 
 def _distinct(head: _Head) -> _Head:
-    """The same with each quantity once: of several columns that stand for one, the first in `_OTHER_NAMES`."""
+    """The same with each quantity once: of several columns that stand for one, the first in data/column_names.csv."""
     mine = list(head.quantities)
     for quantity in {name for name in mine if name}:
         places = [k for k, name in enumerate(mine) if name == quantity]
-        order = [quantity, *_OTHER_NAMES.get(quantity, "").split()]
+        order = [quantity, *_other_names(quantity)]
         kept = min(places, key=lambda k: order.index(_plain_name(head.names[k])))
         for k in places:
             mine[k] = quantity if k == kept else ""

@@ -12,6 +12,7 @@ from typing import Any, get_args
 from pydantic import GetCoreSchemaHandler
 from pydantic_core import PydanticCustomError, core_schema
 
+from ehl.common.data import data_rows
 from ehl.common.errors import InputError
 
 
@@ -80,92 +81,6 @@ UNITS = {
     "%": ("", 1e-2, 0.0),
 }
 
-# further spellings that are read, by SI unit: the factor of each group, in the form of `_canonical` ("_" is a space).
-# A spelling has one meaning for a given field: "C" is a Celsius degree where a temperature is expected
-_TURN = 2.0 * math.pi
-_INCH, _FOOT, _POUND = 0.0254, 0.3048, 4.4482216152605  # [m], [m], [N]
-_READ: dict[str, tuple[tuple[float, str], ...]] = {
-    "m": (
-        (1.0, "meter metre"),
-        (1e-2, "cm"),
-        (1e-3, "millimeter millimetre"),
-        (1e-6, "micron microns micrometer micrometre mikrometer"),
-        (_INCH, 'in inch inches zoll "'),
-        (_FOOT, "ft feet foot"),
-        (1e-3 * _INCH, "mil mils thou"),
-        (1e-6 * _INCH, "uin microinch microinches"),
-        (1e-10, "Å angstrom angstroms"),
-    ),
-    "m^2": ((1.0, "m2"), (1e-4, "cm2"), (1e-6, "mm2")),
-    "m/s": (
-        (1.0, "mps"),
-        (1e-3, "mm/s"),
-        (1e-2, "cm/s"),
-        (1.0 / 3.6, "km/h kmh kph"),
-        (1.0 / 60.0, "m/min"),
-        (_INCH, "in/s"),
-        (_FOOT, "ft/s fps"),
-        (_FOOT / 60.0, "ft/min fpm"),
-        (0.44704, "mph"),
-    ),
-    "m^2/s": ((1e-6, "mm2/s cst centistoke centistokes"), (1e-4, "St cm2/s")),
-    "rad": (
-        (1.0, "radian radians"),
-        (math.pi / 180.0, "° degree degrees"),
-        (1e-3, "mrad"),
-        (math.pi / 200.0, "gon"),
-        (60.0 * ARCSEC, "'"),
-        (ARCSEC, '"'),
-    ),
-    # of a shaft: a rotation or turn a time, or the angular speed; nothing else
-    "rad/s": (
-        (1.0, "radians/s"),
-        (_TURN / 60.0, "1/min u/min upm umdr/min umdr./min r/min rev/min revs/min rev_per_min rot/min tr/min"),
-        (_TURN, "1/s hz u/s rev/s rps"),
-        (_TURN * 1e3 / 60.0, "krpm"),
-    ),
-    "N": ((1.0, "N newton newtons"), (10.0, "daN"), (_POUND, "lbf"), (9.80665, "kgf kp")),
-    "N*m": (
-        (1.0, "Nm newton_metre newton_metres newton_meter newton_meters"),
-        (1e3, "kNm kN_m"),
-        (10.0, "daNm daN_m"),
-        (1e-2, "Ncm N_cm"),
-        (1e-3, "mNm mN_m Nmm N_mm"),
-        (_POUND * _FOOT, "lbf_ft ft_lbf lb_ft ft_lb lbft ftlb lbfft ftlbf pound_feet pound_foot foot_pounds"),
-        (_POUND * _INCH, "lbf_in in_lbf lb_in in_lb lbin inlb lbfin inlbf inch_pounds pound_inches"),
-        (9.80665, "kgf_m kgfm kp_m kpm"),
-    ),
-    "N/m": ((1e3, "kN/m"), (_POUND / _INCH, "lbf/in lb/in"), (_POUND / _FOOT, "lbf/ft lb/ft")),
-    "Pa": (
-        (1.0, "Pa N/m2"),
-        (1e2, "hPa mbar"),
-        (1e3, "kPa kN/m2"),
-        (1e6, "N/mm2 MN/m2"),
-        (1e9, "kN/mm2"),
-        (_POUND / _INCH**2, "psi lbf/in2"),
-        (1e3 * _POUND / _INCH**2, "ksi kpsi"),
-        (9.80665e6, "kgf/mm2 kp/mm2"),
-    ),
-    "1/Pa": ((1.0, "1/Pa m2/N"), (1e-6, "1/MPa mm2/N"), (1e-5, "1/bar")),
-    "Pa/K": ((1.0, "Pa/K"), (1e6, "MPa/K"), (1e3, "kPa/K")),
-    "Pa*s": ((1.0, "Pas N_s/m2 Ns/m2"), (1e-3, "mPas cP cp"), (0.1, "P")),
-    "K": ((1.0, "kelvin Kelvin"),),
-    "1/K": ((1.0, "1/K 1/°C 1/C"),),
-    "kg/m^3": ((1.0, "g/l g/L"), (1e3, "g/cm3 g/ml g/mL g/cc kg/l kg/L kg/dm3 t/m3")),
-    "W/(m*K)": ((1.0, "W/mK W/m/K"), (1e-3, "mW/m_K mW/mK")),
-    "J/(kg*K)": ((1.0, "J/kgK J/kg/K"), (1e3, "kJ/kg_K kJ/kgK kJ/kg/K J/g_K J/gK J/g/K")),
-    "W/(m^2*K)": ((1.0, "W/m2_K W/m2K W/m2/K"),),
-    "W/m^2": ((1.0, "W/m2"), (1e3, "kW/m2"), (1e6, "MW/m2"), (1e9, "GW/m2")),
-    "K/W": ((1.0, "K/W °C/W C/W"),),
-    "s": ((1.0, "s second seconds"), (1e-3, "ms"), (60.0, "min minute minutes"), (3600.0, "hr hour hours")),
-    "h": ((1.0, "h hr hour hours"), (1.0 / 60.0, "min minute minutes"), (1.0 / 3600.0, "s second seconds")),
-    "": ((1e-2, "percent pct prozent"), (1e-3, "‰")),
-}
-# kelvins of a temperature scale: factor and zero
-_TEMPERATURES = {
-    **dict.fromkeys(("C", "C°", "celsius", "°celsius"), (1.0, KELVIN)),
-    **dict.fromkeys(("F", "°F", "fahrenheit", "°fahrenheit"), (5.0 / 9.0, KELVIN - 160.0 / 9.0)),
-}
 # words that have one meaning in any case; the others may differ by it, as mPa and MPa do
 _ANY_CASE = (
     "rpm krpm min u upm umdr r rev revs rot tr hz rps rad deg degree degrees celsius fahrenheit cst centistoke "
@@ -190,6 +105,12 @@ _ALIKE = str.maketrans(
 
 
 @cache
+def _read() -> list[dict[str, str]]:
+    """Groups of further spellings that are read, each with its SI unit, factor and zero."""
+    return data_rows("units.csv")
+
+
+@cache
 def spellings(unit: str) -> dict[str, tuple[float, float]]:
     """Spellings that are read for an SI unit, in canonical form: factor and zero of each.
 
@@ -197,9 +118,11 @@ def spellings(unit: str) -> dict[str, tuple[float, float]]:
     """
     found = {_canonical(name): (factor, zero) for name, (common, factor, zero) in UNITS.items() if common == unit}
     found |= {_canonical(unit): (1.0, 0.0)} if unit else {}
-    for factor, names in _READ.get(unit, ()):
-        found |= dict.fromkeys((name.replace("_", " ") for name in names.split()), (factor, 0.0))
-    return found | _TEMPERATURES if unit == "K" else found
+    for row in _read():
+        if row["unit"] == unit:
+            names = (name.replace("_", " ") for name in row["spellings"].split())
+            found |= dict.fromkeys(names, (float(row["factor"]), float(row["zero"])))
+    return found
 
 
 def _known(typed: str, unit: str) -> tuple[float, float] | None:
@@ -340,7 +263,7 @@ def _refusal(typed: str, unit: str) -> str:
     """Reason why a unit is invalid for this quantity."""
     if _THOUSANDS.match(typed):
         return "Write the number without a separator of thousands."
-    others = {common for common, _, _ in UNITS.values()} | _READ.keys()
+    others = {common for common, _, _ in UNITS.values()} | {row["unit"] for row in _read()}
     if any(_known(typed, other) for other in others):
         return _near_unit(typed, unit, "The unit is of another dimension.")
     return _near_unit(typed, unit)

@@ -322,11 +322,6 @@ def flattening_wave_number(correlation_length: float, gamma: float) -> float:
     return float(k * min(gamma, 1.0) ** MARKS_ALONG)
 
 
-def thick_weight(film_ratio: float) -> float:
-    """Weight of the step of the macroscopic pressure by the mean film (`THICK`)."""
-    return min(max((film_ratio - THICK[0]) / (THICK[1] - THICK[0]), 0.0), 1.0)
-
-
 def density_ratio(pressure: FloatArray, fluid: Fluid) -> FloatArray:
     """rho/rho0 at pressures in the solver's unit."""
     density, slope = np.zeros((2, pressure.size))

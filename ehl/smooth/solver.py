@@ -18,14 +18,13 @@ from typing import Literal
 import numpy as np
 
 from ehl.common.arrays import FloatArray
-from ehl.common.errors import InputError
 from ehl.common.threads import single_thread
 from ehl.fluid.lubricant import Lubricant
 from ehl.inputs import Accuracy
 from ehl.line_contact import LineContact
 from ehl.smooth.continuation import HARD_NODES, PATH_NODES, PathReport, cold_path, from_neighbour, refined
 from ehl.smooth.newton import FilmShear, Level, NewtonFailure, Numbers, friction_inlet, numbers_of
-from ehl.smooth.refine import COARSEST, GridLimit, nested, rounding_errors, settled
+from ehl.smooth.refine import GridLimit, nested, rounding_errors, settled
 from ehl.smooth.scaling import ScaledContact, scaled_contact
 
 REASONS = (
@@ -69,7 +68,6 @@ class SteadyResult:
     flow: float  # mass flow over (rho0 u_r) = rho/rho0 h at dp/dx = 0 [m]
     film_central_error: float
     film_min_error: float
-    pressure_max_error: float
     friction_error: float
     iterations: int
     nodes: int
@@ -101,10 +99,7 @@ def solve_steady(
     accuracy: films and friction to about 1 %, 0.5 %, 0.05 % (the measured errors are far smaller).
     start: result of a neighbouring contact.
     Returns: result; with status "failed" and a reason of `REASONS` if there is no solution.
-    Raises `InputError`: unknown accuracy.
     """
-    if accuracy not in COARSEST:
-        raise InputError("accuracy", accuracy, ", ".join(COARSEST))
     report = PathReport()
     if contact.speed_entrainment == 0.0:
         return _failed("no_entrainment", report, [])
@@ -207,7 +202,6 @@ def steady_result(
         film_central_error=relative.film_central,
         film_min_error=relative.film_min,
         friction_error=friction_error,
-        pressure_max_error=relative.pressure_max,
         iterations=report.iterations,
         nodes=fine.x.size,
         mass_residual=fine.mass_residual,
@@ -225,6 +219,6 @@ def _failed(reason: str, report: PathReport, fallbacks: list[str]) -> SteadyResu
     empty = np.zeros(0)
     return SteadyResult(
         "failed", reason, empty, empty, empty, empty, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
-        math.inf, math.inf, math.inf, math.inf, report.iterations, 0, math.inf, math.inf, 0.0, 0.0,
+        math.inf, math.inf, math.inf, report.iterations, 0, math.inf, math.inf, 0.0, 0.0,
         tuple(dict.fromkeys(fallbacks)),
     )  # fmt: skip

@@ -168,7 +168,7 @@ class Finish:
         return cls(file.name, state, file.description, *figures, file.measured)
 
     @classmethod
-    def from_profile(cls, path: str | Path | MeasuredSurface, state: State = "run_in", **reading: Any) -> Finish:
+    def from_profile(cls, found: MeasuredSurface, state: State = "run_in") -> Finish:
         """The finish of a measured profile or map.
 
         A single profile does not show the lay: it is assumed isotropic, with a range up to 5. The other ranges are own
@@ -176,21 +176,16 @@ class Finish:
 
         Parameters
         ----------
-        path : str, Path or MeasuredSurface
-            The file, or what `ehl.measured_surface` found in it.
+        found : MeasuredSurface
+            Result of `ehl.measured_surface`.
         state : {"run_in", "new"}
             State of the measured flank.
-        **reading
-            Keyword arguments of `ehl.measured_surface`.
 
         Raises
         ------
         InputError
-            As in `ehl.measured_surface`.
+            The autocorrelation does not decrease to 1/e within the length of the profile.
         """
-        from ehl.surface.measured_surface import MeasuredSurface, measured_surface
-
-        found = path if isinstance(path, MeasuredSurface) else measured_surface(path, **reading)
         across, along = found.correlation_length, found.correlation_length_along
         if not math.isfinite(across):
             raise InputError("profile", found.name, "heights whose autocorrelation falls to 1/e within the length")

@@ -63,20 +63,12 @@ Kind = Literal["relative", "absolute"]
 
 @dataclass(frozen=True)
 class Spread:
-    """Standard deviation of a number.
-
-    Raises `InputError`: it is negative or not finite.
-    """
+    """Standard deviation of a number."""
 
     sd: float  # of the logarithm ("relative"), or of the number in SI units ("absolute")
     kind: Kind = "relative"
     source: str = "given"
     sd_below: float | None = None  # to lower values, if different
-
-    def __post_init__(self) -> None:
-        for sd in (self.sd, self.below):
-            if not (math.isfinite(sd) and sd >= 0.0):
-                raise InputError("spread", sd, "a finite standard deviation of at least 0")
 
     @classmethod
     def of_figure(cls, figure: Figure) -> Spread:

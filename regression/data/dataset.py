@@ -164,7 +164,7 @@ def load_dataset(*runs: Source | Dataset) -> Dataset:
     Parameters
     ----------
     *runs : str, path, Run or Dataset
-        Folders or files of results, or names of shipped datasets (`dataset_names`). Duplicate cases count once.
+        Folders or files of results, or names of shipped datasets (`ehl.shipped`). Duplicate cases count once.
 
     Returns
     -------
@@ -188,11 +188,6 @@ def load_dataset(*runs: Source | Dataset) -> Dataset:
     return _joined([run if isinstance(run, Dataset) else _read(results_path(run)) for run in runs])
 
 
-def dataset_names() -> tuple[str, ...]:
-    """Names of the shipped datasets."""
-    return data_names(FOLDER, SUFFIX)
-
-
 def results_path(run: Source) -> Path:
     """Folder or file of the results of a run, or the file of the shipped dataset of that name.
 
@@ -201,9 +196,9 @@ def results_path(run: Source) -> Path:
     path = Path(run)
     if os.path.exists(path):
         return path
-    if str(run) in dataset_names():
+    if str(run) in (names := data_names(FOLDER, SUFFIX)):
         return named_file("run", FOLDER, str(run), SUFFIX)
-    allowed = " or ".join(("a folder or file of results", *([", ".join(dataset_names())] if dataset_names() else [])))
+    allowed = " or ".join(filter(None, ("a folder or file of results", ", ".join(names))))
     raise InputError("run", str(run), allowed, "Run `mixed-ehl sweep PLAN.toml -o RUN` first.")
 
 

@@ -114,12 +114,9 @@ def frictions(
     tasks: Sequence[HeldTask], *, network: bool, jobs: int | None = 1
 ) -> Iterator[tuple[Array, Array | None]]:
     """mu of held-out rows and the standard deviation of ln mu, by forms that get their networks first."""
-    return run_tasks(tasks, _friction_with_networks, jobs=jobs) if network else (f.friction(h) for f, _, h in tasks)
-
-
-def _friction_with_networks(task: HeldTask) -> tuple[Array, Array | None]:
-    form, fitted, held = task
-    return with_networks(form, fitted).friction(held)
+    if not network:
+        return (form.friction(held) for form, _, held in tasks)
+    return run_tasks(tasks, lambda task: with_networks(*task[:2]).friction(task[2]), jobs=jobs)
 
 
 def fitted_and_held_out(

@@ -52,12 +52,10 @@ def sobol_indices(
     names: of the inputs.
     size: rows of each sample, a power of two; the function is evaluated size (d + 2) times.
     seed: of the scrambled Sobol sequence and the bootstrap.
-    Raises `InputError`: `size` is no power of two, or the output does not vary.
+    Raises `InputError`: the output does not vary.
     """
     from scipy.stats import qmc
 
-    if size < 2 or size & (size - 1):
-        raise InputError("size", size, "a power of two")
     d = len(names)
     sample = qmc.Sobol(2 * d, scramble=True, rng=np.random.default_rng(seed)).random(size)
     a, b = sample[:, :d], sample[:, d:]

@@ -121,23 +121,18 @@ class FittedFormula(FrictionModel, InputModel):
         return self
 
     @classmethod
-    def load(cls, name: str | PathLike[str], *, boundary_friction: float | None = None, refuse: bool = False) -> Self:
+    def load(cls, name: str | PathLike[str]) -> Self:
         """A shipped formula, or the formula of a file.
 
         Parameters
         ----------
         name : str or path
             One of ``ehl.shipped("formulas")``, or the path of a file.
-        boundary_friction : float, optional
-            Friction coefficient of the asperities [-], instead of that of the data.
-        refuse : bool
-            Reject points outside the range or extrapolated points instead of flagging them.
 
         Raises
         ------
         InputError
-            There is no such formula; the file is no formula file, was changed, or is of another version; or boundary
-            friction is no input of the family.
+            There is no such formula; or the file is no formula file, was changed, or is of another version.
 
         Examples
         --------
@@ -148,12 +143,21 @@ class FittedFormula(FrictionModel, InputModel):
         path = named_file("formula", "formulas", Path(name), ".json")
         shown = path.stem if path.parent == data_path("formulas") else path.name
         formula: Self = _read(cls, str(path), read_text(path, "formula file", _ALLOWED))
-        return formula.with_options(boundary_friction, refuse=refuse, name=shown)
+        return formula.with_options(name=shown)
 
     def with_options(
         self, boundary_friction: float | None = None, *, refuse: bool = False, name: str | None = None
     ) -> Self:
-        """The same formula with options as in `load`, or another name for tables and reports.
+        """The same formula with options.
+
+        Parameters
+        ----------
+        boundary_friction : float, optional
+            Friction coefficient of the asperities [-], instead of that of the data.
+        refuse : bool
+            Reject points outside the range or extrapolated points instead of flagging them.
+        name : str, optional
+            Name for tables and reports.
 
         Raises
         ------
@@ -290,7 +294,7 @@ class FittedFormula(FrictionModel, InputModel):
         Raises
         ------
         InputError
-            The formula was loaded with `refuse`, and a point is outside the range or extrapolated.
+            The formula has the option `refuse`, and a point is outside the range or extrapolated.
         """
         outside, extrapolation = self.outside(conditions), self.extrapolation(conditions)
         near, far = extrapolation >= CloudDistance.NEAR, extrapolation == CloudDistance.FAR

@@ -94,19 +94,22 @@ class PublishedFriction(FrictionModel):
         return np.asarray(np.where(np.isfinite(mu) & (mu >= 0.0), mu, np.nan)), outside
 
 
-def _by_name(function: Callable[..., Array], c: Conditions, base: str, **derived: Array | float) -> Array:
-    """A formula of any oil at local conditions with the names of its arguments; the others are `derived`."""
-    known = {**c, "roughness_ra": _mean_ra(c), **derived}
-    return function(**{name: known[name] for name in signature(function).parameters})
-
-
 def _mean_ra(c: Conditions) -> Array:
     return np.asarray(0.5 * RA_OVER_RQ * (c["roughness_rms_1"] + c["roughness_rms_2"]))
 
 
-def _schlenk(c: Conditions, base: str) -> Array:
-    factor = p.lubricant_factor_niemann(base, c["speed_sum"])
-    return _by_name(p.schlenk_1994, c, base, lubricant_factor=factor)
+# arguments of formulas that follow from the local conditions and the base oil
+_DERIVED: dict[str, Callable[[Conditions, str], Array | float]] = {
+    "roughness_ra": lambda c, base: _mean_ra(c),
+    "lubricant_factor": lambda c, base: p.lubricant_factor_niemann(base, c["speed_sum"]),
+    "pinion_diameter": lambda c, base: 2.0 * c["radius_equivalent"] * (1.0 + 1.0 / 3.0) / np.sin(PRESSURE_ANGLE),
+}
+
+
+def _by_name(function: Callable[..., Array], c: Conditions, base: str) -> Array:
+    """A formula at local conditions with the names of its arguments, or `_DERIVED` from them."""
+    names = signature(function).parameters
+    return function(**{name: _DERIVED[name](c, base) if name in _DERIVED else c[name] for name in names})
 
 
 def _iso_tr_14179_1(c: Conditions, base: str) -> Array:
@@ -116,29 +119,21 @@ def _iso_tr_14179_1(c: Conditions, base: str) -> Array:
     return p.iso_tr_14179_1(c["viscosity_kinematic"], intensity, c["speed_entrainment"] / sine)
 
 
-def _iso_tr_14179_2(c: Conditions, base: str) -> Array:
-    diameter = 2.0 * c["radius_equivalent"] * (1.0 + 1.0 / 3.0) / np.sin(PRESSURE_ANGLE)
-    return _by_name(p.iso_tr_14179_2, c, base, pinion_diameter=diameter)
-
-
 def _arana_film(c: Conditions) -> Array:
     return inlet_heating(c) * c["film_formula"]
 
 
-def _arana_fluid(c: Conditions, base: str) -> Array:
-    pressure = np.maximum(0.25 * np.pi * c["pressure_hertz"], 1.0)
-    return p.arana_2019_fluid(
-        pressure,
+def _mix(share: Array, c: Conditions, base: str, boundary_friction: float = BOUNDARY_FRICTION) -> Array:
+    """Boundary friction and the film friction of Arana et al., weighted by the asperity load share."""
+    fluid = p.arana_2019_fluid(
+        np.maximum(0.25 * np.pi * c["pressure_hertz"], 1.0),
         c["viscosity_mean_pressure"],
         c["pressure_viscosity"],
         c["speed_sliding"],
         _arana_film(c),
         OIL_FAMILIES[base].ratio,  # Lambda of the authors limits the mean friction and is no property of the oil
     )
-
-
-def _mix(share: Array, c: Conditions, base: str, boundary_friction: float = BOUNDARY_FRICTION) -> Array:
-    return np.asarray(share * boundary_friction + (1.0 - share) * _arana_fluid(c, base))
+    return np.asarray(share * boundary_friction + (1.0 - share) * fluid)
 
 
 def _groups(c: Conditions) -> tuple[Array, Array, Array]:
@@ -202,7 +197,7 @@ _ENTRIES = (
         "schlenk_1994",
         "Schlenk; Niemann, Hoehn & Michaelis; FZG gear tests",
         "published",
-        _schlenk,
+        partial(_by_name, p.schlenk_1994),
         {"load_per_length": (150e3, np.inf)},
         applied=_LOCAL_LOAD + "; XL of the standard (unverified) by base oil",
     ),
@@ -219,7 +214,7 @@ _ENTRIES = (
         "iso_tr_14179_2",
         "ISO/TR 14179-2, mesh coefficient of friction",
         "unverified",
-        _iso_tr_14179_2,
+        partial(_by_name, p.iso_tr_14179_2),
         {"load_per_length": (150e3, np.inf)},
         applied=_LOCAL_LOAD
         + "; d1 = 2 R (1 + 1/3)/sin 20 deg, a pair of ratio 3 (this work; ratio 1 gives 10 % less, a rack 7 % more)",

@@ -129,13 +129,11 @@ def commands() -> list[tuple[str, Any]]:
     return found
 
 
-def test_at_most_ten_options_come_before_the_advanced_ones() -> None:
+def test_panels_of_options_and_commands() -> None:
+    """At most ten options come before the advanced ones; every command is in a panel of the work."""
     for name, command in commands():
         options = [part for part in command.params if part.param_type_name == "option" and part.name != "help"]
         assert len([part for part in options if part.rich_help_panel != ADVANCED]) <= 10, name
-
-
-def test_every_command_is_in_a_panel_of_the_work() -> None:
     group: Any = typer.main.get_command(efficiency.cli.app)
     panels = [group.commands[name].rich_help_panel for name in group.list_commands(None)]
     last = ["Gear design", "Gear efficiency", "Axle", "Program"]
@@ -209,9 +207,6 @@ def test_reports_reach_the_enclosing_block_alone() -> None:
     with working("work") as display:
         report_progress("contacts", 3, 4)
         assert display.state == Progress("contacts", 3, 4)
-
-
-def test_durations() -> None:
     assert [duration(t) for t in (0.4, 59.0, 61.0, 7325.0)] == ["0 s", "59 s", "1 min 1 s", "2 h 2 min"]
 
 

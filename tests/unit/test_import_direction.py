@@ -61,7 +61,7 @@ def test_package_imports_only_downwards_and_without_circles(package: str) -> Non
     TopologicalSorter(arrows(package)).prepare()  # raises CycleError
 
 
-def test_no_module_of_a_name_that_says_nothing() -> None:
+def test_names_of_modules() -> None:
     stems = {module.stem for package in FORBIDDEN for module in (ROOT / package).rglob("*.py")}
     assert not stems & {"utils", "helpers", "core"}
     assert not list((ROOT / "tests").rglob("__init__.py"))  # tests/ehl/__init__.py would shadow our ehl

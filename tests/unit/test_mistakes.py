@@ -196,14 +196,14 @@ OPTIONS: dict[str, tuple[tuple[Any, ...], dict[str, str], str]] = {
         --seed=-1"""),
     "demo": (("demo",), {}, """
         --jobs=0; --jobs=many; --output=/proc/x; --output=/dev/null; -o=; --jobs --output=results; --ouput=results;
-        -j=2; --oil=fva3; --design=fm_hypoid_13x42; fm_hypoid_13x42=fva3 | argument"""),
+        -j=2; --oil=fva3; --design=fm_hypoid_13x42; fm_hypoid_13x42=fva3"""),
     "app": (("app",), {}, f"""
         --port=80; --port=many; {ROOT}/data/oils/75w90.toml=--no-browser | file; --host=0.0.0.0; --friction=75w90;
         {ROOT}/data/formulas/75w90.json=--no-browser | file; {ROOT}/docs/examples=--no-browser | file;
         {ROOT}/docs/examples/synthetic_traction.csv=--no-browser | file; {ROOT}/README.md=--no-browser | file;
         none.toml=--no-browser | file; fm_hypoid_13x43=--no-browser | design; --browser=firefox | design;
         {ROOT}/data/targets/fm_hypoid_13x42.toml=--no-browser | file;
-        fm_spiral_bevel_14x39=fm_hypoid_13x42 | argument"""),
+        fm_spiral_bevel_14x39 fm_hypoid_13x42=fva3"""),
     "names": ((), {}, f"""
         gear=fm_spiral_bevel_14x40 | design; gear=75w90 | design; gear=fm_spiral_bevel_14x39.toml | design;
         gear=mine.toml | file; blank=iso23509_f9 | blank; settings=fh_hypoid_9x35 | targets; solve=contact.toml | file;

@@ -120,14 +120,11 @@ def test_an_axle_and_loss_maps():
     assert {"bearings:skf", "churning:changenet_velex", "seals:linke"} <= found.loss_map().references()
 
 
-def test_text_and_bibtex():
+def test_text_and_bibtex_citation_and_licence() -> None:
     found = Citation.of(CITED)
     assert [*found.entries] == [*ENTRIES]
     assert found.text.count("\n") + 1 == found.bibtex.count("\n@") + 1 == len(ENTRIES)
     assert "@phdthesis{roelands_1966,\n  author = {Roelands, C. J. A.},\n" in found.bibtex
-
-
-def test_citation_and_licence_are_those_of_the_package() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8").splitlines()
     assert f"version: {project['version']}" in citation

@@ -37,7 +37,7 @@ from efficiency.machine_settings.settings_result import RESIDUAL_LIMIT
 from efficiency.optimisation.problem import BOX
 from ehl.common.validation import validate
 from regression.calibration.calibrate import setup_of
-from regression.data.dataset import dataset_names, load_dataset
+from regression.data.dataset import load_dataset
 from regression.plan.plan import Plan
 from regression.sweeping.slurm import DEFAULT_JOBS, DEFAULT_TIME
 
@@ -252,11 +252,11 @@ def test_tables_of_pages_are_read(block, mixed_ehl, tmp_path, monkeypatch):
         assert regression.Plan.from_dict(content).count > 0
     elif block.page == "docs/roughness.md":
         given = tomllib.loads((DOCS / "examples" / "contact_rough.toml").read_text(encoding="utf-8"))
-        assert ehl.Contact.from_dict(given | content).surface.finish == "ground"
+        assert ehl.Contact(**given | content).surface.finish == "ground"
     elif block.page == "docs/oils.md":
         given = tomllib.loads((DOCS / "examples" / "contact.toml").read_text(encoding="utf-8"))
         lubricant = content.get("lubricant", {"temperature_oil": "80 degC"} | content)
-        assert ehl.Contact.from_dict(given | {"lubricant": lubricant}).to_dict()["lubricant"]
+        assert ehl.Contact(**given | {"lubricant": lubricant}).to_dict()["lubricant"]
     elif block.page == "docs/machine_settings.md":
         Path("targets.toml").write_text(block.text, encoding="utf-8")
         assert load_targets("targets.toml").targets.drive.crowning_toe == pytest.approx(4e-5)
@@ -325,7 +325,7 @@ def oils() -> list[regression.Formula]:
 def solved() -> list[float]:
     """Oils, contacts of their formulas, contacts of the data that are not fitted, oils of `gear`."""
     (fitted,) = {formula.data.count for formula in (*oils(), regression.Formula.load("gear"))}
-    kept = [name for name in dataset_names() if name.endswith(("_paths", "_noise"))]
+    kept = [name for name in ehl.shipped("datasets") if name.endswith(("_paths", "_noise"))]
     others = sum(len(load_dataset(name).frame) for name in kept)
     return [len(oils()), fitted, others, len(regression.Formula.load("gear").oils)]
 

@@ -90,15 +90,11 @@ def test_statistics_by_hand(table: Any) -> None:
     assert found["bias"] == pytest.approx(math.exp(0.2) - 1.0)
     assert found["deviation"] == pytest.approx(0.1 * math.sqrt(2.0))
     assert found["inside"] == 0.5
-
-
-def test_the_measurements_own_uncertainty_widens_the_interval(table: Any) -> None:
+    # the uncertainty of the measurement widens the interval
     assert not state(table, 0.75).inside
     assert state(table, 0.75, sd=0.15).inside
     assert not state(table, 1.3).inside
-
-
-def test_exponents_are_those_of_a_power_law(table: Any) -> None:
+    # the exponents are those of a power law
     at = [(t, v) for t in (90.0, 300.0) for v in (10.0, 40.0)]
     found = table.exponents([state(table, 1.0, torque=t, speed=v, computed=t**0.2 * v**-0.3) for t, v in at])
     assert found["torque"] == pytest.approx((0.2, 0.2, 0.2))

@@ -29,19 +29,15 @@ def test_xu_2007_known_defect_growth_with_roughness() -> None:
     assert high / low == pytest.approx(8.0, rel=0.05)
 
 
-def test_benedict_kelley_constant_is_the_imperial_one() -> None:
+def test_benedict_kelley_constant_is_the_imperial_one_and_its_roughness_factor() -> None:
     # 3.17e8 with lb/in, cP and in/s (unverified) gives the 29660 of the metric form, printed to four digits
     pound_per_inch, inch = 175.126835, 0.0254
     metric = 3.17e8 * 1e3 / pound_per_inch * inch**3
     assert metric == pytest.approx(29660.0, rel=1e-3)
     mu = p.benedict_kelley_1961(LOAD, ETA, SLIDING, SUM)
     assert float(mu) == pytest.approx(0.0127 * math.log10(29660.0 * 400.0 / (20.0 * 3.0 * 400.0)), rel=1e-12)
-
-
-def test_benedict_kelley_roughness_factor() -> None:
-    smooth = p.benedict_kelley_1961(LOAD, ETA, SLIDING, SUM)
     rough = p.benedict_kelley_1961(LOAD, ETA, SLIDING, SUM, 25 * 2.54e-8)
-    assert float(rough / smooth) == pytest.approx(2.0, rel=1e-12)
+    assert float(rough / mu) == pytest.approx(2.0, rel=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -75,17 +71,11 @@ def test_equation_in_the_authors_units(value: np.ndarray, expected: float) -> No
     assert float(value) == pytest.approx(expected, rel=1e-9)
 
 
-def test_misharin_stays_within_its_bounds() -> None:
+def test_values_at_the_ends_of_misharin_of_lubricant_factors_and_of_shares() -> None:
     assert float(p.misharin_1958(1e-6, 1e-3, 1.0)) == 0.08
     assert float(p.misharin_1958(1e-3, 30.0, 60.0)) == 0.02
-
-
-def test_lubricant_factors() -> None:
     bases = ("mineral", "pao", "ester", "polyglycol")
     assert [float(p.lubricant_factor_niemann(base, 6.0)) for base in bases] == [1.0, 0.8, 0.8, 0.75]
-
-
-def test_shares_at_their_ends() -> None:
     np.testing.assert_allclose(p.share_arana_2019([0.0, 1.0, 4.0]), [1.0, 0.1572992, 0.0], atol=2e-8)
     np.testing.assert_allclose(p.share_doleschel_2002([0.0, 1.0, 2.0, 5.0]), [1.0, 0.25, 0.0, 0.0], atol=1e-15)
     np.testing.assert_allclose(p.share_matsumoto_2014([0.1, 1.0, 10.0, 100.0, 1e4]), [0, 0, 0.5, 1, 1], atol=1e-15)

@@ -170,9 +170,7 @@ def test_where_nothing_can_carry_the_load_there_is_no_number() -> None:
     assert answer.headline() == "no result"
     assert answer.notes[0].grade == "fault"
     assert len(answer.tooth("pressure_hertz")[0]) > 0
-
-
-def test_the_contact_that_loses_most_is_one_of_the_mesh() -> None:
+    # the contact that loses most is one of the mesh
     point = BENCH.contact(SCENE).line_contact()
     low, high = BENCH.answer(SCENE).result.friction_range.ranges["pressure_hertz"]
     assert low <= point.pressure_hertz <= high

@@ -416,14 +416,11 @@ def test_stage_of_iso_14179_2_has_one_torque() -> None:
     assert drag.CHURNING_METHODS["iso_14179_2"]((PINION, WHEEL), bath) == pytest.approx(by_hand, rel=1e-9)
 
 
-def test_regimes_of_churning_are_joined() -> None:
+def test_regimes_of_churning_and_windage_are_joined() -> None:
     speeds = np.linspace(15.0, 60.0, 400)
     torques = np.array([drag.changenet_velex_torque(WHEEL, 0.05, w, 15e-6, 820.0, 0.016) for w in speeds])
     assert np.max(np.abs(np.diff(torques))) < 0.02 * torques.max()
-
-
-def test_windage_of_a_disc() -> None:
-    """Turbulent at Re = 66 667: C = 0.146 Re^-0.2; laminar at 3333: 3.87 Re^-0.5 (Schlichting)."""
+    # windage of a disc, turbulent at Re = 66 667: C = 0.146 Re^-0.2; laminar at 3333: 3.87 Re^-0.5 (Schlichting)
     assert drag.windage_torque(0.1, 100.0) == pytest.approx(0.6 * 1e4 * 1e-5 * 0.146 * 66666.7**-0.2, rel=1e-5)
     assert drag.windage_torque(0.1, 5.0) == pytest.approx(0.6 * 25.0 * 1e-5 * 3.87 * 3333.33**-0.5, rel=1e-5)
     assert drag.windage_torque(0.1, 0.0) == 0.0

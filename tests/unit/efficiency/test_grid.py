@@ -267,9 +267,7 @@ def test_duty_cycles_are_read(duty: Path) -> None:
     rows = read_duty(duty)
     assert [(row.side, row.driver, row.hours) for row in rows] == [("drive", "pinion", 100.0), ("coast", "gear", 20.0)]
     assert (rows[0].speed, rows[0].temperature) == pytest.approx((40.0 * np.pi, 363.15))
-
-
-def test_all_bad_rows_are_named(duty: Path) -> None:
+    # all bad rows are named
     duty.write_text(DUTY + "x,500,40,5,no number\n100,500,900,5,too hot\n100,500,40,-1,no duration\n")
     with refuses("duty.csv, row 5, torque") as caught:
         read_duty(duty)

@@ -146,9 +146,6 @@ def test_other_formats_maps_without_coast_or_with_points_missing_are_no_file(tmp
 def test_equation_of_the_regulation() -> None:
     """40 CFR 1037.560 prints 1603.9 W as the mean of three repeats (excerpt read); one of them unverified."""
     assert power_loss_40cfr1037(845.1, 3000.0, 10.472, 3.731) == pytest.approx(1603.9, abs=2.0)
-
-
-def test_test_points() -> None:
     points = axle_test_points("single")
     rpm = np.array(points.speed_wheel) * 60.0 / (2.0 * np.pi)
     # 65 miles an hour at 650 turns a mile: 704 rpm

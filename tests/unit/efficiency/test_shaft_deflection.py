@@ -110,9 +110,7 @@ def test_rounds_with_secants_settle_where_plain_rounds_grow(monkeypatch: pytest.
     expected = np.linalg.solve(np.eye(2) - matrix, start)
     assert pytest.approx([expected[0], 10.0 * expected[1]], abs=1e-9) == [E, shaft_angle_error]
     assert rounds <= 5
-
-
-def test_shafts_without_an_equilibrium_are_a_reason(monkeypatch: pytest.MonkeyPatch) -> None:
+    # shafts without an equilibrium
     with fails("deflection_limit"):
         rounds_of(monkeypatch, lambda x: np.array([-1e-4 if x[0] > 0.0 else 1e-4, 0.0]))
 

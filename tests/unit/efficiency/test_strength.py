@@ -36,12 +36,9 @@ def test_line_contact_yields_at_1_79_of_the_yield_stress() -> None:
     assert z[shear.argmax()] == pytest.approx(0.786, abs=2e-3)
 
 
-def test_shear_at_the_surface_is_the_friction() -> None:
+def test_shakedown_of_rolling_and_of_sliding_contacts() -> None:
     x = np.linspace(-0.95, 0.95, 9)
     np.testing.assert_allclose(rating.shear_stress(x, np.full(9, 1e-9), 0.2), -0.2 * np.sqrt(1.0 - x**2), atol=1e-6)
-
-
-def test_shakedown_of_rolling_and_of_sliding_contacts() -> None:
     k = 1.0 / math.sqrt(3.0)
     assert rating.shakedown_pressure(1.0) == pytest.approx(4.0 * k, rel=1e-3)
     # the surface decides
@@ -170,9 +167,6 @@ def test_material_without_endurance_is_not_graded(loaded: LoadedMesh) -> None:
     strength = rated(loaded, teeth=replace(loaded.mesh.grids.teeth, material_gear=bare))
     assert math.isnan(strength.safety_contact)
     assert any("bronze" in grade.text for grade in strength.grades)
-
-
-def test_impossible_input_is_refused(loaded: LoadedMesh) -> None:
     with refuses("film"):
         rated(loaded, film=np.ones(3))
     with refuses("module"):

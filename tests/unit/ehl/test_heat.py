@@ -388,16 +388,12 @@ def test_conduction_of_a_film_between_two_bodies():
     assert_allclose(weights, 0.25 * (1.0 - (0.6 / 1.4) ** 2 * through / (1.0 + through)), rtol=1e-12)
 
 
-def test_a_near_guess_leads_to_the_same_balance_sooner():
+def test_a_near_guess_and_a_useless_estimate_of_conduction_lead_to_the_same_balance(monkeypatch):
     exact, *_ = balanced(5.0, (7.5, 2.5))
     near = exact.stress * (1.0 + 0.02 * np.cos(np.arange(exact.stress.size))), exact.walls + 2.0
     found, *_ = balanced(5.0, (7.5, 2.5), guess=near)
     assert found.iterations < exact.iterations
     assert_allclose(found.stress, exact.stress, rtol=1e-8)
-
-
-def test_a_useless_estimate_of_conduction_is_replaced(monkeypatch):
-    exact, *_ = balanced(5.0, (7.5, 2.5))
     first = _kernels.conduct
 
     def useless(*arguments):

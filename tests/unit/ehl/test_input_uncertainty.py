@@ -13,7 +13,7 @@ from refusals import refuses
 
 import ehl
 from ehl.common.data import data_path
-from ehl.common.errors import InputError
+from ehl.common.validation import validate
 from ehl.fluid.oil import Oil
 from ehl.fluid.oil_laws import standard_uncertainty
 from ehl.inputs import ContactProblem
@@ -50,8 +50,8 @@ def test_spreads() -> None:
     assert Spread(0.1).at(2.0, -1.0) == pytest.approx(2.0 * math.exp(-0.1))
     assert Spread(10.0, "absolute").at(350.0, 2.0) == 370.0
     for wrong in (-1.0, math.nan):
-        with pytest.raises(InputError):
-            Spread(wrong)
+        with refuses("viscosity"):
+            validate(UncertaintyInput, {"viscosity": wrong})
     with refuses("level"):
         score_of(0.0)
     # the ends of a range are those of its 90 % interval, to either side of the figure

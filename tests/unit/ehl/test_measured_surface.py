@@ -137,7 +137,7 @@ def flank(tmp_path: Path) -> Path:
 def test_card_holds_what_was_measured(flank: Path, tmp_path: Path) -> None:
     measured = ehl.measured_surface(flank)
     card = tmp_path / "mine.toml"
-    card.write_text(Finish.from_profile(flank).to_toml(), encoding="utf-8")
+    card.write_text(Finish.from_profile(measured).to_toml(), encoding="utf-8")
     finish = Finish.load(str(card))
     for name, true in (("roughness_rms", 0.4e-6), ("correlation_length", 16e-6)):
         figure = getattr(finish, name)
@@ -271,9 +271,7 @@ def test_columns_and_units_by_content(tmp_path, header, lines, encoding):
 def test_given_units_win_over_the_header(tmp_path):
     found = read_heights(write(tmp_path / "p.csv", ["x [um], height [nm]", *rows()]), unit_x="mm", unit_height="um")
     assert (found.x[1], found.heights.max()) == pytest.approx((1e-6, 1e-7), rel=0.01)
-
-
-def test_uneven_steps_are_resampled_and_noted(tmp_path):
+    # uneven steps are resampled, with a note
     positions = np.cumsum(1e-3 * (1.0 + 0.3 * np.sin(np.arange(200))))
     lines = [f"{x:.9f},{2.0 * x:.9f}" for x in positions]
     found = read_heights(write(tmp_path / "p.csv", ["x [mm], z [mm]", *lines]))

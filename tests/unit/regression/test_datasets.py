@@ -17,7 +17,7 @@ import ehl.common.data
 from ehl import SOLVER
 from ehl.common.data import data_names, data_path
 from ehl.common.errors import InputError
-from regression.data.dataset import FOLDER, dataset_names, load_dataset
+from regression.data.dataset import FOLDER, load_dataset
 from regression.data.result_files import merge
 from regression.plan.plan import Plan
 from regression.sweeping.evaluators import case_key, published_outputs, solve_outputs
@@ -48,7 +48,7 @@ def shelf(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 
 
 def test_a_name_is_a_compressed_dataset_and_a_path_a_run(shelf: Path, tmp_path: Path) -> None:
-    assert dataset_names() == ("small",)
+    assert ehl.shipped("datasets") == ("small",)
     pd.testing.assert_frame_equal(load_dataset("small").frame, load_dataset(tmp_path / "run").frame)
     assert load_dataset("small").data_hash == load_dataset(tmp_path / "run").data_hash
     assert Run("small").plan.plan_hash == load_dataset("small").plan_hash

@@ -146,9 +146,7 @@ def test_a_case_with_nothing_left_to_try_keeps_its_reason(tmp_path: Path) -> Non
     again = sweep_shard(plan, tmp_path, evaluate=XU, retry_failed=True)
     assert (again.resumed, again.converged) == (16, 0)
     assert {case.attempts for case in run_status(tmp_path).failed} == {1}
-
-
-def test_physical_failures_are_not_tried_again() -> None:
+    # physical failures are not tried again
     hot = Mock(side_effect=ConvergenceError("too_hot"))
     row = CaseRunner(hot, None, 3)(CaseTask("k", "sobol", make_plan(accuracy="fast").case_at(0)))
     assert (row["reason"], row["attempts"], hot.call_count) == ("too_hot", 1, 1)

@@ -78,9 +78,7 @@ def test_load_sharing_reaches_the_boundary_value() -> None:
     slow = state(speed_entrainment=1e-4, roughness_rms_1=2e-6, roughness_rms_2=2e-6)
     for name, boundary in (("arana_2019", 0.065), ("doleschel_2002", 0.10), ("matsumoto_morikawa_2014", 0.10)):
         assert float(friction_model(name).mu(slow, oil=OIL).mu) == pytest.approx(boundary, rel=0.02)
-
-
-def test_base_oil_enters_the_lubricant_factor() -> None:
+    # the base oil enters the lubricant factor
     mineral = friction_model("schlenk_1994").mu(state(), oil=OIL)
     pao = friction_model("schlenk_1994").mu(state(), oil="pao100")
     viscosity = OIL.at(363.15).viscosity_inlet / Oil.load("pao100").at(363.15).viscosity_inlet

@@ -178,9 +178,7 @@ def test_share_off_the_asperities_grows_with_film_lay_and_pressure() -> None:
     assert base < share_deficit(0.04, 3.0, 15.0) < share_deficit(0.04, 1e6, 15.0) == pytest.approx(0.12)
     assert share_deficit(0.04, 1.0, 30.0) > base == share_deficit(0.04, 1.0 / 3.0, 5.0)
     assert share_deficit(10.0, 1.0, 15.0) == 1.0
-
-
-def test_flash_of_rubbing_follows_the_power() -> None:
+    # the flash temperature of rubbing follows the power
     line, bulk = case(1.0, 0.1).line_contact(), (350.0, 350.0)
     rises = [flash_of_rubbing(line, mu, (STEEL, STEEL), bulk) - 350.0 for mu in (0.05, 0.1)]
     assert rises[0] > 10.0

@@ -72,15 +72,12 @@ def test_hardness_caps_the_pressure_and_keeps_the_load(rms):
     assert np.all(capped.gap[capped.pressure < 2e9] > -1e-10)
 
 
-def test_a_cap_that_is_not_reached_changes_nothing():
+def test_a_cap_that_is_not_reached_changes_nothing_and_failures_are_statuses():
     x = uniform_grid(CONTACT, 512)
     elastic = solve_dry(CONTACT, x, rough(x, 0.1e-6))
     capped = solve_dry(CONTACT, x, rough(x, 0.1e-6), hardness=1.01 * elastic.pressure_max)
     assert_allclose(capped.pressure, elastic.pressure, atol=1e-5 * elastic.pressure_max)
     assert capped.plastic_length == 0.0
-
-
-def test_failures_are_statuses():
     x = uniform_grid(CONTACT, 256)
     assert solve_dry(CONTACT, x, hardness=1e8).reason == "hardness_too_low"
     assert solve_dry(CONTACT, x, max_iterations=3).reason == "iteration_limit"

@@ -235,15 +235,11 @@ def python_function(path: Path) -> Callable[..., Any]:
     return function
 
 
-def test_without_guard_the_code_is_short_and_gives_the_same_friction(tmp_path: Path) -> None:
+def test_code_without_guard_is_short_and_oil_properties_may_be_arguments(tmp_path: Path) -> None:
     name, path = "75w90_short", tmp_path / "friction.py"
     arguments = formula_of(name).export(path, guard=False)
     assert len(path.read_text()) < 20_000
     agree(np.column_stack(python_function(path)(*columns(arguments, name).T)), name + WITHOUT_GUARD)
-
-
-def test_oil_properties_as_arguments(tmp_path: Path) -> None:
-    name, path = "75w90_short", tmp_path / "friction.py"
     arguments = formula_of(name).export(path, oil_arguments=True)
     assert {*arguments} & set(LUBRICANT_UNITS)
     table = conditions_of(state(points(name)), Oil.load("75w90"))

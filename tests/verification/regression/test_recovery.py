@@ -107,10 +107,5 @@ def test_a_power_law_has_the_indices_of_its_exponents() -> None:
     total = sum(variance.values())
     for name, share in zip(found.names, found.total, strict=True):
         assert share == pytest.approx(variance.get(name, 0.0) / total, abs=0.01)
-
-
-def test_refusals() -> None:
-    with pytest.raises(InputError, match="power of two"):
-        sobol_indices(ishigami, NAMES, size=1000)
     with pytest.raises(InputError, match="varies"):
         sobol_indices(lambda u: np.ones(len(u)), NAMES, size=64)
