@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass, replace
 
-from ehl.common.errors import ConvergenceError
+from ehl.common.errors import ConvergenceError, InputError
 from ehl.inputs import TOLERANCE, Accuracy
 from ehl.line_contact import LineContact
 from ehl.rough.scaling import EXCHANGE_WINDOW, Settings, solved_length
@@ -91,9 +91,16 @@ LEVELS: dict[str, tuple[float, float, float, float, float]] = {
 
 
 def level_of(accuracy: Accuracy | float) -> str:
-    """Name of the level for an accuracy: a level, or a relative tolerance on mu."""
+    """Name of the level for an accuracy.
+
+    Raises `InputError`: neither a level nor a tolerance from 0.0001 to 0.5.
+    """
     if isinstance(accuracy, str):
+        if accuracy not in LEVELS:
+            raise InputError("accuracy", accuracy, "fast, standard, reference or a relative tolerance on mu")
         return accuracy
+    if not 1e-4 <= accuracy <= 0.5:
+        raise InputError("accuracy", accuracy, "0.0001 to 0.5 as a relative tolerance on mu")
     return "fast" if accuracy >= 0.04 else "standard" if accuracy >= 0.012 else "reference"
 
 
@@ -205,11 +212,16 @@ def min_nodes(correlation_length: float) -> float:
 def with_overrides(plan: RunPlan, nodes: int | None, travel: float | None, length: float) -> RunPlan:
     """The plan with a fixed number of nodes or a fixed window, within the largest number of nodes.
 
-    Raises `ConvergenceError` "mesh_budget": the largest mesh of this level does not resolve the roughness.
+    Raises `InputError`: `nodes` or `travel` is out of range; `ConvergenceError` "mesh_budget": the largest mesh of this
+    level does not resolve the roughness.
     """
     if nodes is not None:
+        if not NODES_MIN <= nodes <= NODES_MAX:
+            raise InputError("nodes", nodes, f"{NODES_MIN} to {NODES_MAX}")
         plan = replace(plan, spacing=length / nodes)
     if travel is not None:
+        if not 1.0 <= travel <= 1e5:
+            raise InputError("travel", travel, "1 to 100000 half-widths")
         plan = replace(plan, window_min=travel, window_max=travel)
     if nodes is None and length / plan.spacing > plan.nodes_max:
         needed = length / plan.coarsest

@@ -16,6 +16,7 @@ import numpy as np
 from scipy import fft
 
 from ehl.common.arrays import FloatArray
+from ehl.common.errors import InputError
 from ehl.line_contact import LineContact
 
 
@@ -50,6 +51,9 @@ class DeflectionOperator:
     """
 
     def __init__(self, count: int, spacing: float, effective_modulus: float) -> None:
+        if count < 2 or not spacing > 0.0 or not effective_modulus > 0.0:
+            given = (count, spacing, effective_modulus)
+            raise InputError("count, spacing, effective_modulus", given, "at least 2 nodes, > 0 m, > 0 Pa")
         self.count, self.spacing = count, spacing
         self.coefficients = influence_coefficients(count, spacing, effective_modulus)
         self._size = fft.next_fast_len(2 * count - 1, real=True)
@@ -115,9 +119,16 @@ def solve_dry(
     roughness (n,): sum of both profiles at one time, positive out of the material [m].
     hardness: largest pressure [Pa].
     tolerance: on `gap_residual` and on the change of pressure.
+    Raises `InputError`: the nodes are not uniform, or shapes differ.
     """
     spacing = float(x[1] - x[0])
-    rough = np.zeros_like(x) if roughness is None else roughness
+    if not np.allclose(np.diff(x), spacing, rtol=1e-6):
+        raise InputError("x", "array", "uniform nodes")
+    rough = np.zeros_like(x) if roughness is None else np.asarray(roughness, dtype=float)
+    if rough.shape != x.shape or not np.all(np.isfinite(rough)):
+        raise InputError("roughness", rough.shape, f"finite heights of shape {x.shape}")
+    if not hardness > 0.0:
+        raise InputError("hardness", hardness, "> 0 Pa")
     total = contact.load_per_length / spacing
     # a node cannot carry more than the whole load: a finite limit in every case
     hardness = min(hardness, 2.0 * total)

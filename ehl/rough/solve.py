@@ -106,7 +106,7 @@ def solve_transient(
     begin = time.perf_counter()
     rough = surfaces if surfaces is not None else RoughSurfaces()
     film = EP_FILM if boundary_film is None else boundary_film
-    _check(contact, film, hardness)
+    _check(contact, film, boundary_friction, peklenik_number, hardness)
     bodies = materials if materials is not None else (Material.load("steel"), Material.load("steel"))
     estimate = contact.film_moes(lubricant)
     drained = math.isfinite(peklenik_number) and bool(rough.profiles)
@@ -192,9 +192,15 @@ def _friction_factor(begun: TransientRun, problem: RunProblem, reference: Window
     return float(varied.friction()[first:].mean()) / mu if mu != 0.0 else 1.0
 
 
-def _check(contact: LineContact, film: float, hardness: float) -> None:
+def _check(contact: LineContact, film: float, friction: float, peklenik: float, hardness: float) -> None:
+    if not contact.speed_entrainment > 0.0:
+        raise InputError("speed_entrainment", contact.speed_entrainment, "> 0 m/s", "Swap surfaces 1 and 2.")
     if not 1e-9 <= film <= 20e-6:
         raise InputError("boundary_film", film, "1 nm to 20 um")
+    if not 0.0 <= friction <= 1.0:
+        raise InputError("boundary_friction", friction, "0 to 1")
+    if not peklenik >= 1.0 / 3.0 - 1e-12:
+        raise InputError("peklenik_number", peklenik, ">= 1/3", "The side-flow model is not validated below it.")
     if not hardness > contact.pressure_hertz:
         raise InputError("hardness", hardness, f"> {contact.pressure_hertz:.3g} Pa, the Hertz pressure")
 

@@ -18,6 +18,11 @@ class RoughSurfaces:
     profile_1: RoughProfile | None = None
     profile_2: RoughProfile | None = None
 
+    def __post_init__(self) -> None:
+        for name, profile in (("profile_1", self.profile_1), ("profile_2", self.profile_2)):
+            if profile is not None and not bool(np.all(np.isfinite(profile.heights))):
+                raise InputError(name, "heights", "finite numbers only [m]", "Repair the gaps of the profile first.")
+
     @property
     def profiles(self) -> tuple[RoughProfile, ...]:
         """The rough surfaces."""

@@ -18,13 +18,14 @@ from typing import Literal
 import numpy as np
 
 from ehl.common.arrays import FloatArray
+from ehl.common.errors import InputError
 from ehl.common.threads import single_thread
 from ehl.fluid.lubricant import Lubricant
 from ehl.inputs import Accuracy
 from ehl.line_contact import LineContact
 from ehl.smooth.continuation import HARD_NODES, PATH_NODES, PathReport, cold_path, from_neighbour, refined
 from ehl.smooth.newton import FilmShear, Level, NewtonFailure, Numbers, friction_inlet, numbers_of
-from ehl.smooth.refine import GridLimit, nested, rounding_errors, settled
+from ehl.smooth.refine import COARSEST, GridLimit, nested, rounding_errors, settled
 from ehl.smooth.scaling import ScaledContact, scaled_contact
 
 REASONS = (
@@ -99,7 +100,10 @@ def solve_steady(
     accuracy: films and friction to about 1 %, 0.5 %, 0.05 % (the measured errors are far smaller).
     start: result of a neighbouring contact.
     Returns: result; with status "failed" and a reason of `REASONS` if there is no solution.
+    Raises `InputError`: unknown accuracy.
     """
+    if accuracy not in COARSEST:
+        raise InputError("accuracy", accuracy, ", ".join(COARSEST))
     report = PathReport()
     if contact.speed_entrainment == 0.0:
         return _failed("no_entrainment", report, [])

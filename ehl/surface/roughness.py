@@ -76,13 +76,15 @@ def lognormal_kurtosis(skewness: float) -> float:
 def translation(skewness: float, kurtosis: float) -> Callable[[FloatArray], FloatArray]:
     """The Johnson curve with these moments.
 
-    Raises `InputError`: kurtosis <= skewness^2 + 1 (impossible), or no curve was found (close to that limit or to the
-        lognormal line).
+    Raises `InputError`: kurtosis <= skewness^2 + 1 (impossible), kurtosis above 60, or no curve was found (close to
+        that limit or to the lognormal line).
     """
     if not kurtosis > skewness**2 + 1.0:
         raise InputError(
             "kurtosis", kurtosis, f"> skewness^2 + 1 = {skewness**2 + 1.0:g}", "No distribution has such moments."
         )
+    if not kurtosis <= 60.0:
+        raise InputError("kurtosis", kurtosis, "at most 60")
     sign = -1.0 if skewness < 0.0 else 1.0
     border = lognormal_kurtosis(skewness)
     family = "unbounded" if kurtosis > border else "bounded"
@@ -215,16 +217,29 @@ def generate_profile(
     rms: Rq of the whole period [m]; 0 gives a flat profile.
     correlation_length: lc of the autocorrelation [m].
     length: period [m]; at least 4 lc.
-    spacing: approximate sample distance [m], below half the cut-off; the closest one that divides the period is used.
+    spacing: approximate sample distance [m]; the closest one that divides the period is used.
     seed: seed of the random numbers, non-negative.
     skewness, kurtosis: moments of the height distribution [-]; those of one profile scatter about them.
-    cutoff: shortest wavelength [m], at most a quarter of the length; default: 2 pi lc/3.5.
+    cutoff: shortest wavelength [m]; default: 2 pi lc/3.5.
     hurst: Hurst exponent H of a self-affine profile, 0 < H < 1, with a spectrum that is flat below the roll-off and
         decreases as k^-(1 + 2 H) above it (`SelfAffine`); default: the Gaussian autocorrelation.
     Returns profile with its statistics.
-    Raises `InputError`: no distribution has such moments.
+    Raises `InputError`: a value is out of range, the spacing does not resolve the cut-off, or no distribution has such
+        moments.
     """
+    _require("rms", rms, rms >= 0.0, ">= 0 m")
+    _require("correlation_length", correlation_length, correlation_length > 0.0, "> 0 m")
+    least = 4.0 * correlation_length
+    _require("length", length, length >= least, f">= 4 correlation lengths ({least:g} m)")
+    _require("seed", seed, isinstance(seed, (int, np.integer)) and seed >= 0, "an integer >= 0")
     shortest = CUTOFF_PER_CORRELATION_LENGTH * correlation_length if cutoff is None else float(cutoff)
+    allowed = f"> 0 and at most a quarter of the length ({length / 4:g} m)"
+    _require("cutoff", shortest, 0.0 < shortest <= length / 4.0, allowed)
+    _require("spacing", spacing, spacing > 0.0, "> 0 m")
+    if spacing > shortest / 2.2:
+        allowed = f"at most {shortest / 2.2:.4g} m for a profile with wavelengths down to {shortest:.4g} m"
+        hint = "Use a finer mesh, or a longer cut-off with the removed part included in the boundary film."
+        raise InputError("spacing", spacing, allowed, hint)
     count = max(1, round(length / spacing))
     modes = _modes(seed, correlation_length, length, shortest, hurst)
     # statistics, mean and scale are those of one fine sampling, so that they do not depend on the spacing
@@ -274,6 +289,10 @@ class SelfAffine:
     correlation_length: float
     hurst: float
 
+    def __post_init__(self) -> None:
+        _require("correlation_length", self.correlation_length, self.correlation_length > 0.0, "> 0 m")
+        _require("hurst_exponent", self.hurst, 0.0 < self.hurst < 1.0, "> 0 and < 1")
+
     @property
     def roll_off(self) -> float:
         """Wavelength 2 pi/k_r [m]."""
@@ -312,3 +331,8 @@ def _synthesis(modes: NDArray[np.complex128], count: int) -> FloatArray:
     spectrum = np.zeros(count // 2 + 1, dtype=complex)
     spectrum[1 : len(modes) + 1] = modes
     return np.asarray(scipy.fft.irfft(spectrum, count) * count)
+
+
+def _require(field: str, value: object, holds: bool, allowed: str) -> None:
+    if not holds:
+        raise InputError(field, value, allowed)

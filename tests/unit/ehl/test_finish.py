@@ -204,7 +204,12 @@ def test_translated_profiles_have_the_moments_on_average():
     assert all(p.rms == 1e-7 for p in profiles)
 
 
-@pytest.mark.parametrize(("skewness", "kurtosis"), [(0.0, 1.0), (3.0, 3.0)])
-def test_impossible_moments_are_refused(skewness, kurtosis):
-    with refuses("kurtosis"):
-        translation(skewness, kurtosis)
+WRONG = {"rms": (-1e-7, math.nan), "correlation_length": (0.0,), "length": (5e-5,), "spacing": (3e-5,), "seed": (-1,)}
+WRONG |= {"cutoff": (1.0,), "kurtosis": (1.0, 100.0), "skewness": (3.0,)}
+
+
+@pytest.mark.parametrize(("name", "value"), [(name, value) for name, values in WRONG.items() for value in values])
+def test_bad_input_names_the_field(name, value):
+    arguments = {"rms": 1e-7, "correlation_length": LC, "length": LENGTH, "spacing": 1e-6, "seed": 1} | {name: value}
+    with refuses("kurtosis" if name == "skewness" else name):
+        generate_profile(**arguments)

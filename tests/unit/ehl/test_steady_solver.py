@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from contacts import line_contact
+from refusals import refuses
 from scipy.interpolate import PchipInterpolator
 
 from ehl.compile._kernels import factored
@@ -136,6 +137,8 @@ def test_thin_film_of_a_steep_oil_with_little_shear():
 
 def test_failure_is_a_status_with_a_reason_and_no_nan(monkeypatch):
     assert solve_steady(contact(speed=0.0), OIL).reason == "no_entrainment"
+    with refuses("accuracy"):
+        solve_steady(contact(), OIL, accuracy="best")
     monkeypatch.setattr(continuation, "MAX_ITERATIONS", 3)
     result = solve_steady(contact(), OIL)
     assert result.fallbacks == ()
