@@ -227,9 +227,10 @@ def fit_formula(
         raise InputError("oil", oil, "one of the oils of the data: " + ", ".join(dataset.oils))
     frame, excluded = usable_rows(dataset, corners=corners)
     if min(len(frame), own_rows(frame, oil).sum()) < 2 * len(family.terms):
-        reasons = ", ".join(f"{count} {reason}" for reason, count in excluded.items()) or "none excluded"
+        reasons = ", ".join(f"{count} {reason}" for reason, count in excluded.items()) or "none"
         needed = f"at least {2 * len(family.terms)} usable cases for family {family.name}"
-        raise InputError("run", f"{own_rows(frame, oil).sum()} usable cases", needed, f"Excluded: {reasons}.")
+        hint = f"Increase sampling.size of the plan. Excluded cases: {reasons}."
+        raise InputError("run", f"{own_rows(frame, oil).sum()} usable cases", needed, hint)
     for name, extra in (("paths", paths), ("noise", noise)):
         others = sorted(set(extra.oils) - set(dataset.oils)) if extra is not None else []
         if others:
