@@ -25,7 +25,6 @@ from ehl.common.console import (
     reason_text,
     working,
 )
-from ehl.common.errors import check_choice
 from ehl.common.progress import duration
 
 
@@ -57,11 +56,12 @@ def fit(
     """Fit a friction formula to the results of one or more sweeps, with its errors."""
     from regression.fitting.fit import expected_seconds
     from regression.fitting.rows import MAX_POINTS
+    from regression.formula import check_family
     from regression.friction.families import FAMILIES
     from regression.friction.fitted import NETWORK
 
     check_outputs({"output": output, "plot": plot, "report": report}, output=".json")
-    check_choice("family", family, ("best", NETWORK, *FAMILIES))
+    check_family(family, nested)
     with working("reading of the results"):
         dataset = regression.load_dataset(*runs)
     count = len(dataset.frame)

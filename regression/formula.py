@@ -233,6 +233,13 @@ class Formula(FittedFormula, Reportable):
 
 
 @one_thread
+def check_family(family: str, nested: bool) -> None:
+    """Check the arguments of `fit` that need no data."""
+    check_choice("family", family, ("best", NETWORK, *FAMILIES))
+    if family != "best" and nested:
+        raise InputError("nested", family, "family 'best'", "nested concerns the choice between families.")
+
+
 def fit(
     results: Results,
     family: str = "best",
@@ -290,9 +297,7 @@ def fit(
     from regression.fitting.fit import expected_seconds, fit_families, fit_formula
     from regression.fitting.rows import dataset_of
 
-    check_choice("family", family, ("best", NETWORK, *FAMILIES))
-    if family != "best" and nested:
-        raise InputError("nested", family, "family 'best'", "nested concerns the choice between families.")
+    check_family(family, nested)
     dataset = dataset_of(results)
     checks: Any = {
         "paths": None if paths is None else dataset_of(paths),

@@ -129,9 +129,7 @@ def typical_line(found: MeasuredHeights) -> tuple[FloatArray, tuple[str, ...]]:
     rms = np.array([np.std(detrended(line)) for line in found.heights])
     chosen = int(np.argsort(rms)[len(rms) // 2])
     low, high = 1e6 * np.quantile(rms, (0.05, 0.95))
-    note = (
-        f"line {chosen + 1} of {len(rms)} of a map, with the median Rq; 90 % have {low:.3g} to {high:.3g} um unfiltered"
-    )
+    note = f"line {chosen + 1} of {len(rms)} of a map, with the median Rq; 90 % have {low:.3g} to {high:.3g} um raw"
     return found.heights[chosen], (note,)
 
 
