@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from ehl.uncertainty.result import InputUncertainty
     from ehl.uncertainty.spread import UncertaintyInput
 
-LARGEST_USUAL_RATIO = 4.0  # slide-to-roll ratio above which a value in per cent is likely
 Amount = float | str | None  # SI number or text with unit; None removes an input
 
 
@@ -319,7 +318,7 @@ class Contact(InputModel):
         remarks = [
             note for note in self.lubricant.remarks() if (self.model.thermal, note) != ("off", ASSUMED_CONDUCTIVITY)
         ]
-        if abs(ratio := self.contact.slide_to_roll) > LARGEST_USUAL_RATIO:
+        if abs(ratio := self.contact.slide_to_roll) > 4.0:  # a value in per cent is likely
             remarks.append(f"slide-to-roll ratio {ratio:g}: surfaces in opposite directions; per cent as '{ratio:g} %'")
         return dataclasses.replace(result, notes=(*result.notes, *self.unused_inputs(), *remarks))
 

@@ -59,8 +59,7 @@ class ContactInput(InputModel):
     def _one_load(self) -> Self:
         if (self.pressure_hertz is None) == (self.load_per_length is None):
             allowed = "exactly one of pressure_hertz and load_per_length"
-            given = None if self.pressure_hertz is None else "together with load_per_length"
-            raise InputError("pressure_hertz", given, allowed)
+            raise InputError("pressure_hertz", self.pressure_hertz and "together with load_per_length", allowed)
         return self
 
 

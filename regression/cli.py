@@ -66,8 +66,7 @@ def fit(
         dataset = regression.load_dataset(*runs)
     count = len(dataset.frame)
     seconds = expected_seconds((*FAMILIES, NETWORK) if family == "best" else (family,), min(count, MAX_POINTS))
-    if seconds > 60.0:
-        typer.echo(f"fit of {count} contacts: about {duration(seconds)} of processor time", err=True)
+    typer.echo(f"fit of {count} contacts: about {duration(seconds)} of processor time", err=True)
     with working("fit"):
         formula = regression.fit(
             dataset, family, corners=corners, nested=nested, paths=paths, noise=noise, oil=oil, jobs=jobs
@@ -146,8 +145,8 @@ def mu(
     else:
         _print_friction(content, friction.title)
         if spread is not None and spread.low < spread.high:
-            level = f"{100.0 * spread.level:.0f} % interval with inputs"
-            print_text(f"{level}: mu = {'; '.join((spread.headline(), *spread.notes))}")
+            stated = "; ".join((spread.headline(), *spread.notes))
+            print_text(f"{100.0 * spread.level:.0f} % interval with inputs: mu = {stated}")
     outside = friction.range_note(oil=name, **point) if isinstance(friction, regression.Formula) else ""
     flagged = "" if content["flag"] == "ok" or other else reason_text(content["flag"])
     for note in filter(None, (outside or flagged, other)):

@@ -202,8 +202,7 @@ def cases_of_other_files(path: Path, run: Mapping[str, Any]) -> dict[str, CaseSt
 
     A file that cannot be read is ignored, so that its cases are computed again.
 
-    run: attributes of the run that is to be computed.
-    Raises `InputError`: a file contains results of another run.
+    Raises `InputError`: a file contains results of another run than that with the attributes `run`.
     """
     parts = []
     for other in sorted([*path.parent.glob(f"*{JOURNAL}"), *path.parent.glob("*.h5")]):

@@ -228,9 +228,8 @@ def fit_formula(
     frame, excluded = usable_rows(dataset, corners=corners)
     if min(len(frame), own_rows(frame, oil).sum()) < 2 * len(family.terms):
         reasons = ", ".join(f"{count} {reason}" for reason, count in excluded.items()) or "none"
-        needed = f"at least {2 * len(family.terms)} usable cases for family {family.name}"
-        hint = f"Increase sampling.size of the plan. Excluded cases: {reasons}."
-        raise InputError("run", f"{own_rows(frame, oil).sum()} usable cases", needed, hint)
+        needed = f"at least {2 * len(family.terms)} usable cases for family {family.name}, by a larger sampling.size"
+        raise InputError("run", f"{own_rows(frame, oil).sum()} usable cases", needed, f"Excluded: {reasons}.")
     for name, extra in (("paths", paths), ("noise", noise)):
         others = sorted(set(extra.oils) - set(dataset.oils)) if extra is not None else []
         if others:
