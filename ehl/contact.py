@@ -13,6 +13,7 @@ from pydantic import ValidationError, model_validator
 from ehl import inputs as case_inputs
 from ehl.common.errors import InputError, near
 from ehl.common.validation import InputModel, input_error, read_toml
+from ehl.fluid.lubricant import ASSUMED_CONDUCTIVITY
 from ehl.fluid.lubricant_inputs import DirectLubricant, LubricantInput, OilLubricant
 from ehl.fluid.oil import Oil
 from ehl.fluid.pressure_viscosity import AlphaDefinition
@@ -298,7 +299,12 @@ class Contact(InputModel):
         from ehl.solve import solve_contact
 
         result = solve_contact(self.problem(), start)
-        return dataclasses.replace(result, notes=(*result.notes, *self.unused_inputs(), *self.lubricant.remarks()))
+        remarks = [
+            note for note in self.lubricant.remarks() if (self.model.thermal, note) != ("off", ASSUMED_CONDUCTIVITY)
+        ]
+        if abs(ratio := self.contact.slide_to_roll) > 4.0:  # a value in per cent is likely
+            remarks.append(f"slide-to-roll ratio {ratio:g}: surfaces in opposite directions; per cent as '{ratio:g} %'")
+        return dataclasses.replace(result, notes=(*result.notes, *self.unused_inputs(), *remarks))
 
     def uncertainty(
         self, spreads: UncertaintyInput | None = None, level: float = 0.90, jobs: int | None = None

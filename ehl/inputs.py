@@ -36,6 +36,7 @@ _LOAD = "load_per_length is the load over the length of the contact line."
 _OF_DISCS = {
     "radius": "1/radius_equivalent = 1/R1 + 1/R2.",
     **dict.fromkeys(("speed", "u", "speed_rolling", "speed_sliding"), _SPEEDS),
+    **dict.fromkeys(("pressure_mean", "pressure"), "pressure_hertz is the maximum, 4/pi of the mean pressure."),
     **dict.fromkeys(("load", "force", "normal_force", "width", "length", "face_width"), _LOAD),
 }
 _OF_SOLIDS = {"e": "Young's modulus is youngs_modulus.", "nu": "Poisson's ratio is poisson_ratio."}
@@ -58,8 +59,8 @@ class ContactInput(InputModel):
     @model_validator(mode="after")
     def _one_load(self) -> Self:
         if (self.pressure_hertz is None) == (self.load_per_length is None):
-            both = "neither" if self.pressure_hertz is None else "both"
-            raise InputError("pressure_hertz", both, "exactly one of pressure_hertz and load_per_length")
+            allowed = "exactly one of pressure_hertz and load_per_length"
+            raise InputError("pressure_hertz", self.pressure_hertz and "together with load_per_length", allowed)
         return self
 
 
@@ -176,7 +177,9 @@ class SurfaceInput(InputModel):
     def _one_description(self) -> Self:
         for rms, path in (("roughness_rms_1", self.profile_1), ("roughness_rms_2", self.profile_2)):
             if path is not None and getattr(self, rms) > 0.0:
-                raise InputError(rms, getattr(self, rms), "either a measured profile or its Rq, not both")
+                raise InputError(
+                    rms, f"{1e6 * getattr(self, rms):g} um", "either a measured profile or its Rq, not both"
+                )
         if self.running_in != "none" and self.finish is not None and self.finish_state == "run_in":
             raise InputError("finish_state", self.finish_state, "new, together with running_in: wear begins there")
         return self

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ehl.common.quantities import percent
 from ehl.common.units import KELVIN
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat.conduction import PECLET_FLOOR, peclet_number
@@ -228,7 +229,7 @@ def _limits_of_heat(result: ContactResult, problem: ContactProblem) -> Iterator[
         note = (
             f"convection of heat by a thick film is simplified (film Peclet number {carried.peclet_film:.2g}, film "
             f"{thinning:.2g} of the isothermal one): smooth friction may be wrong by about "
-            f"{100.0 * carried.friction_change:.2g} % and the smooth film by {100.0 * carried.film_change:.2g} %"
+            f"{percent(carried.friction_change)} and the smooth film by {percent(carried.film_change)}"
         )
     yield Limit(note, share * carried.friction_change, carried.film_change)
     speeds = zip((line.speed_1, line.speed_2), problem.bodies, strict=True)

@@ -25,6 +25,7 @@ from ehl.common.console import (
     reason_text,
     working,
 )
+from ehl.common.progress import duration
 
 
 def fit(
@@ -53,10 +54,22 @@ def fit(
     json_output: Annotated[bool, typer.Option("--json", help="Print the content of the formula file.")] = False,
 ) -> None:
     """Fit a friction formula to the results of one or more sweeps, with its errors."""
+    from regression.fitting.fit import expected_seconds
+    from regression.fitting.rows import MAX_POINTS
+    from regression.formula import check_family
+    from regression.friction.families import FAMILIES
+    from regression.friction.fitted import NETWORK
+
     check_outputs({"output": output, "plot": plot, "report": report}, output=".json")
+    check_family(family, nested)
+    with working("reading of the results"):
+        dataset = regression.load_dataset(*runs)
+    count = len(dataset.frame)
+    seconds = expected_seconds((*FAMILIES, NETWORK) if family == "best" else (family,), min(count, MAX_POINTS))
+    typer.echo(f"fit of {count} contacts: about {duration(seconds)} of processor time", err=True)
     with working("fit"):
         formula = regression.fit(
-            runs, family, corners=corners, nested=nested, paths=paths, noise=noise, oil=oil, jobs=jobs
+            dataset, family, corners=corners, nested=nested, paths=paths, noise=noise, oil=oil, jobs=jobs
         )
     formula.save(output)
     formula.write(plot=plot, report=report)
@@ -132,7 +145,8 @@ def mu(
     else:
         _print_friction(content, friction.title)
         if spread is not None and spread.low < spread.high:
-            print_text(f"with inputs: mu = {'; '.join((spread.headline(), *spread.notes))}")
+            stated = "; ".join((spread.headline(), *spread.notes))
+            print_text(f"{100.0 * spread.level:.0f} % interval with inputs: mu = {stated}")
     outside = friction.range_note(oil=name, **point) if isinstance(friction, regression.Formula) else ""
     flagged = "" if content["flag"] == "ok" or other else reason_text(content["flag"])
     for note in filter(None, (outside or flagged, other)):
@@ -146,7 +160,7 @@ def _print_friction(content: dict[str, Any], label: str) -> None:
     value = content["friction_coefficient"]
     line = "mu = none" if value is None else f"mu = {value:.4f}"
     if content["friction_lower"] is not None:
-        whose = ", error of the formula" if content["friction_lower"] < content["friction_upper"] else ""
+        whose = ", 90 % interval of the formula" if content["friction_lower"] < content["friction_upper"] else ""
         line += f"  ({content['friction_lower']:.4f} to {content['friction_upper']:.4f}{whose})"
     if "in_convex_hull" in content:
         line += f"  {'inside' if content['in_convex_hull'] else 'outside'} the convex hull of its data"

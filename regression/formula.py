@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from pydantic import PrivateAttr
 
 from ehl.common.data import data_names, data_path
-from ehl.common.errors import InputError, same_name
+from ehl.common.errors import InputError, check_choice, same_name
 from ehl.common.files import write_file
 from ehl.common.pages import Reportable
 from ehl.common.progress import report_progress
@@ -27,7 +27,7 @@ from ehl.common.units import ValueRange
 from ehl.fluid.oil import Oil
 from ehl.state import ContactState
 from regression.friction.conditions import UNITS, PointConditions, conditions_of
-from regression.friction.families import FAMILIES, family_named
+from regression.friction.families import FAMILIES
 from regression.friction.fitted import NETWORK, FittedFormula
 from regression.friction.models import COLEMAN_FRICTION, ConstantFriction
 from regression.friction.published_registry import PUBLISHED, PublishedFriction
@@ -233,6 +233,13 @@ class Formula(FittedFormula, Reportable):
 
 
 @one_thread
+def check_family(family: str, nested: bool) -> None:
+    """Check the arguments of `fit` that need no data."""
+    check_choice("family", family, ("best", NETWORK, *FAMILIES))
+    if family != "best" and nested:
+        raise InputError("nested", family, "family 'best'", "nested concerns the choice between families.")
+
+
 def fit(
     results: Results,
     family: str = "best",
@@ -290,10 +297,7 @@ def fit(
     from regression.fitting.fit import expected_seconds, fit_families, fit_formula
     from regression.fitting.rows import dataset_of
 
-    if family not in ("best", NETWORK):
-        family_named(family)
-    if family != "best" and nested:
-        raise InputError("nested", family, "family 'best'", "nested concerns the choice between families.")
+    check_family(family, nested)
     dataset = dataset_of(results)
     checks: Any = {
         "paths": None if paths is None else dataset_of(paths),

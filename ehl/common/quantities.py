@@ -121,9 +121,14 @@ def _brief(value: float, digits: int) -> str:
     return (mantissa.rstrip("0").rstrip(".") if "." in mantissa else mantissa) + mark + exponent
 
 
+def percent(share: float) -> str:
+    """A share in per cent with two digits, without exponent."""
+    return f"{float(f'{100.0 * share:.2g}'):g} %"
+
+
 def plus_minus(error: float) -> str:
     """A relative error in per cent."""
-    return f"±\N{NO-BREAK SPACE}{100.0 * error:.2g} %" if math.isfinite(error) else "unknown"
+    return f"±\N{NO-BREAK SPACE}{percent(error)}" if math.isfinite(error) else "unknown"
 
 
 def printed_unit(unit: str) -> str:

@@ -71,7 +71,9 @@ def looks_like(text: str) -> str:
     if start == "<":
         return "It is HTML or XML, such as a report."
     if lines and all("," in line and "=" not in line for line in lines):
-        return "It is a table (CSV), such as a duty cycle, for mixed-ehl duty."
+        return (
+            "It is a table (CSV), such as a duty cycle for mixed-ehl duty, or merged results, which a fit reads as .h5."
+        )
     return ""
 
 

@@ -201,6 +201,10 @@ class DirectLubricant(ShearInput):
 class OilLubricant(ShearInput):
     """An oil at a temperature; shear law and thermal properties may be overridden."""
 
+    instead = dict.fromkeys(
+        ("viscosity_inlet", "viscosity", "pressure_viscosity", "alpha_definition", "temperature_viscosity", "density"),
+        "The oil card determines it: change the card, or omit oil and give viscosity_inlet and pressure_viscosity.",
+    )
     oil: Annotated[str, in_any_case("oils")] | Oil
     temperature_oil: Temperature
     eyring_stress: Stress | None = None

@@ -93,9 +93,9 @@ def prepared_profile(
     """
     step, length = float(x[1] - x[0]), float(x[-1] - x[0])
     if not 2.0 * step <= cutoff_short <= length / 8.0:
-        raise InputError("cutoff_short", cutoff_short, f"{2 * step:.3g} to {length / 8:.3g} m for this profile")
+        raise InputError("cutoff_short", f"{1e6 * cutoff_short:.3g} um", _window(2.0 * step, length / 8.0))
     if cutoff_long is not None and not 2.0 * cutoff_short <= cutoff_long <= length:
-        raise InputError("cutoff_long", cutoff_long, f"{2 * cutoff_short:.3g} to {length:.3g} m for this profile")
+        raise InputError("cutoff_long", f"{1e6 * cutoff_long:.3g} um", _window(2.0 * cutoff_short, length))
     kept = gaussian_mean_line(detrended(heights, detrend_order), step, cutoff_short)
     if cutoff_long is not None:
         kept = kept - gaussian_mean_line(kept, step, cutoff_long)
@@ -129,8 +129,12 @@ def typical_line(found: MeasuredHeights) -> tuple[FloatArray, tuple[str, ...]]:
     rms = np.array([np.std(detrended(line)) for line in found.heights])
     chosen = int(np.argsort(rms)[len(rms) // 2])
     low, high = 1e6 * np.quantile(rms, (0.05, 0.95))
-    note = f"line {chosen + 1} of {len(rms)} of a map, with the median Rq; 90 % have {low:.3g} to {high:.3g} um"
+    note = f"line {chosen + 1} of {len(rms)} of a map, with the median Rq; 90 % have {low:.3g} to {high:.3g} um raw"
     return found.heights[chosen], (note,)
+
+
+def _window(low: float, high: float) -> str:
+    return f"{1e6 * low:.3g} to {1e6 * high:.3g} um for a profile of this length and spacing; state another cut-off"
 
 
 def require_plausible(name: str, step: float, heights: FloatArray, unit: str) -> None:
@@ -249,7 +253,7 @@ class MeasuredSurface(TableResult):
             Column("rdq", label="Rdq"),
             Column("correlation_length"),
             Column("correlation_length_along", of="correlation_length", label="correlation length along the lay"),
-            Column("lay_angle"),
+            Column("lay_angle", label="angle of the lay to x"),
             Column("cutoff_short"),
             Column("cutoff_long"),
             Column("missing"),

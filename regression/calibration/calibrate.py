@@ -21,7 +21,7 @@ from ehl.common.arrays import FloatArray, finite_or_none
 from ehl.common.errors import InputError, MixedEhlError
 from ehl.common.pages import Reportable
 from ehl.common.progress import ProgressCallback, progress_to
-from ehl.common.quantities import quantity, si_unit
+from ehl.common.quantities import percent, quantity, si_unit
 from ehl.common.runner import checked_jobs
 from ehl.common.threads import one_thread
 from ehl.common.units import KELVIN
@@ -139,7 +139,7 @@ class Calibration(Reportable):
             return f"the residuals are {ratio:.2g} times the stated noise, a significant difference (p < 0.01)"
         limit = NO_MODEL if self.misfit_share > NO_MODEL else MAX_MISFIT
         most = f"the limit is {100.0 * limit:g} %{'' if limit == NO_MODEL else ' without stated noise'}"
-        return f"the misfit (RMS) is {100.0 * self.misfit_share:.2g} % of the mean friction; {most}"
+        return f"the misfit (RMS) is {percent(self.misfit_share)} of the mean friction; {most}"
 
     def save_card(self, path: str | PathLike[str], *, force: bool = False) -> Oil:
         """Write the `card`, named by the stem of the path (.toml), and return it; `InputError` if that fails."""

@@ -98,11 +98,12 @@ def read_measurement(path: Path, fixed: Mapping[str, float], *, roughness_rms: f
         hint = "For values in % write the unit in the header: slide_to_roll [%]."
         raise InputError(f"{path.name}, column slide_to_roll", largest, f"at most {MAX_SLIP:g}", hint)
     measurement = folded(measurement)
-    low = np.flatnonzero(measurement.friction < MIN_FRICTION)
+    least = MIN_FRICTION if np.median(measurement.friction) >= 0.0 else 0.0
+    low = np.flatnonzero(measurement.friction < least)
     if low.size:
         where = f"{path.name}, row {measurement.row_numbers[low[0]]}, friction_coefficient"
         hint = "Friction is positive, or has the sign of the slip."
-        raise InputError(where, float(measurement.friction[low[0]]), f"at least {MIN_FRICTION:g}", hint)
+        raise InputError(where, float(measurement.friction[low[0]]), f"at least {least:g}", hint)
     return measurement
 
 

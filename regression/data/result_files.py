@@ -10,7 +10,7 @@ import math
 import os
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -94,10 +94,15 @@ _SHARED = ("plan_name", "plan_hash", "solver_version", "oil", "oil_hash", "bodie
 # attributes that must be equal for a run to be resumed
 SAME_RUN = {
     "plan_hash": "another plan",
-    "solver_version": "another version of the solver",
+    "solver_version": "another version of the solver or another formula (--with)",
     "oil_hash": "an oil card with other properties",
     "bodies_hash": "materials with other properties",
 }
+
+
+def _difference(found: Mapping[str, Any], run: Mapping[str, Any]) -> str:
+    """What differs between the attributes of two files of results; empty for files of one run."""
+    return next((what for name, what in SAME_RUN.items() if found.get(name) != run.get(name)), "")
 
 
 def run_files(run: Path) -> list[Path]:
@@ -156,10 +161,9 @@ def read_run(run: Path) -> tuple[dict[str, Any], Rows]:
     files = run_files(run)
     (meta, rows), *others = [read_file(path) for path in files]
     for path, (other, _) in zip(files[1:], others, strict=True):
-        for name, what in SAME_RUN.items():
-            if other.get(name) != meta.get(name):
-                hint = f"One of them contains results of {what}; use one folder per run."
-                raise InputError("run", str(run), f"files of one run ({files[0].name}, {path.name})", hint)
+        if what := _difference(other, meta):
+            hint = f"One of them contains results of {what}; use one folder per run."
+            raise InputError("run", str(run), f"files of one run ({files[0].name}, {path.name})", hint)
     if others or files[0].suffix == JOURNAL:
         rows = one_row_per_case([rows, *(found for _, found in others)])
     return {name: meta.get(name) for name in ("schema", "writer", "plan", *_SHARED)}, rows
@@ -193,16 +197,24 @@ def case_status(row: Mapping[str, Any]) -> CaseStatus:
     return str(row.get("status", "")), str(row.get("reason", "")), int(row.get("attempts", 1))
 
 
-def cases_of_other_files(path: Path) -> dict[str, CaseStatus]:
+def cases_of_other_files(path: Path, run: Mapping[str, Any]) -> dict[str, CaseStatus]:
     """Status, reason and attempts of the cases in the other files of the folder of a run, by key.
 
     A file that cannot be read is ignored, so that its cases are computed again.
+
+    Raises `InputError`: a file contains results of another run than that with the attributes `run`.
     """
     parts = []
     for other in sorted([*path.parent.glob(f"*{JOURNAL}"), *path.parent.glob("*.h5")]):
         if other != path:
-            with suppress(InputError):
-                parts.append(read_file(other)[1])
+            try:
+                meta, rows = read_file(other)
+            except InputError:
+                continue
+            if what := _difference(meta, run):
+                hint = f"It contains results of {what}; choose another output folder."
+                raise InputError("run", str(other), "a folder with results of this run", hint)
+            parts.append(rows)
     rows = one_row_per_case(parts) if parts else np.zeros(0, ROW)
     keys, status, reasons = (_texts(rows[name]) for name in ("key", "status", "reason"))
     attempts = np.nan_to_num(rows["attempts"], nan=1.0).astype(int)

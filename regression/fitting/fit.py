@@ -308,8 +308,8 @@ def _require_enough(frame: pd.DataFrame, family: Family, oil: str | None, exclud
     """Raises `InputError`: fewer than two usable cases per term, of all oils or of the selected one."""
     own, least = int(own_rows(frame, oil).sum()), 2 * len(family.terms)
     if own < least:
-        reasons = ", ".join(f"{count} {reason}" for reason, count in excluded.items()) or "none excluded"
-        needed = f"at least {least} usable cases for family {family.name}"
+        reasons = ", ".join(f"{count} {reason}" for reason, count in excluded.items()) or "none"
+        needed = f"at least {least} usable cases for family {family.name}, by a larger sampling.size"
         raise InputError("run", f"{own} usable cases", needed, f"Excluded: {reasons}.")
 
 

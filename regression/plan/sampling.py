@@ -57,7 +57,10 @@ def read_ends(value: dict[str, Any], quantity: ValueRange) -> tuple[float | None
     """The ends of a range or window as numbers with low < high; None for an end that is not given."""
     low, high = (quantity.check(value[key], key) if key in value else None for key in ("low", "high"))
     if low is not None and high is not None and not low < high:
+        bare = [key for key in ("low", "high") if quantity.unit and isinstance(value[key], (int, float))]
         hint = "Exchange the two ends." if low > high else "Give a single value without a table."
+        if len(bare) == 1:
+            hint = f"{bare[0]} = {value[bare[0]]!r} has no unit and is in {quantity.unit}."
         raise InputError("high", value["high"], f"above low = {value['low']!r}", hint)
     return low, high
 

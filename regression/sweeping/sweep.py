@@ -208,13 +208,14 @@ def sweep_shard(
     cost = plan.case_seconds()[0][indices]
     # the longest first, so that all workers finish at about the same time
     order = np.lexsort((np.arange(indices.size), -cost))
+    meta = run_meta(plan, version)
+    known = cases_of_other_files(path, meta)  # of other divisions into shards
     with (
         progress_to(progress),
-        Journal(path, run_meta(plan, version), SAME_RUN, keep=case_status) as journal,
+        Journal(path, meta, SAME_RUN, keep=case_status) as journal,
         stop_requests() as stop,
     ):
-        # cases of other divisions into shards are included; a failure does not replace a result
-        known = cases_of_other_files(path)
+        # a failure does not replace a result
         for key, entry in journal.rows.items():
             if entry[0] != "failed" or known.get(key, entry)[0] == "failed":
                 known[key] = entry

@@ -199,7 +199,7 @@ def _notes(dataset: Dataset | None, best: FittedFormula) -> list[Note]:
 def _range_and_cost(dataset: Dataset, best: FittedFormula) -> Section:
     ends = list(zip(("from", "to"), *best.ranges.values(), strict=True))
     ranges = Table(
-        ("end", *best.ranges), ends, "Range of the data; points outside are computed and flagged.", vertical=True
+        ("end", *best.ranges), ends, "Range of the formula; points outside are computed and flagged.", vertical=True
     )
     rest = plots.checked_rows(dataset)
     clock = time.perf_counter()

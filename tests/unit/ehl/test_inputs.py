@@ -108,6 +108,7 @@ def test_a_measured_profile_is_read_in_the_units_of_the_input(tmp_path: Path) ->
         ("contact", "radius_1", "40 mm", "radius_equivalent"),
         ("contact", "speed_2", "4 m/s", "speed_entrainment slide_to_roll"),
         ("contact", "load", "2 kN", "load_per_length"),
+        ("contact", "pressure_mean", "1 GPa", "maximum 4/pi"),
         ("surface", "Ra", "0.4 um", "roughness_rms_1"),
         ("surface", "Rq", "0.4 um", "roughness_rms_1"),
         ("surface", "roughness_rms_1", "Ra 0.4 um", "Rq"),

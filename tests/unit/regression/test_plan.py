@@ -99,6 +99,7 @@ def test_plan_hash_follows_the_cases_and_not_the_words() -> None:
 AXES: list[tuple[str, Any, str]] = [
     ("pressure_hertz", {"low": "1 GPa"}, "pressure_hertz.high"),
     ("pressure_hertz", {"low": "1 GPa", "high": "0.5 GPa"}, "pressure_hertz.high"),
+    ("radius_equivalent", {"low": 8, "high": "40 mm"}, "radius_equivalent.high"),
     ("slide_to_roll", {"low": 0, "high": 1, "scale": "log"}, "slide_to_roll.low"),
     ("slide_to_roll", {"low": 0, "high": 1, "scale": "cubic"}, "slide_to_roll.scale"),
     ("slide_to_roll", {"low": 0, "high": 1, "step": 2}, "slide_to_roll.step"),

@@ -373,5 +373,9 @@ def test_of_two_shards_the_one_with_a_result_counts(path: Path) -> None:
     assert frame[["status", "friction_coefficient"]].to_numpy().tolist() == [
         ["converged", mu] for mu in (0.01, 0.02, 0.03)
     ]
-    others = result_files.cases_of_other_files(path)
+    run = header_of(path)
+    others = result_files.cases_of_other_files(path, run)
     assert {key: entry[0] for key, entry in others.items()} == {row(2)["key"]: "failed", row(3)["key"]: "converged"}
+    with refuses("run") as caught:  # results of another solver, before any case is computed
+        result_files.cases_of_other_files(path, run | {"solver_version": "xu_kahraman_2007"})
+    assert str(caught.value.value).endswith("shard-0002-of-0002.jsonl")
