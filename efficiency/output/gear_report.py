@@ -18,8 +18,8 @@ from efficiency.loss.efficiency import measured_states
 from efficiency.loss.efficiency_result import EfficiencyResult, pair_notes
 from efficiency.output import plots_flank, plots_load, tables
 from efficiency.output.flank_map import FlankMap
-from efficiency.output.geometry_report import AXIAL_SECTION, misalignment_text, settings_tables
-from efficiency.output.machine_summary import Units
+from efficiency.output.geometry_report import AXIAL_SECTION, misalignment_text
+from efficiency.output.machine_summary import Units, settings_tables
 from efficiency.output.plots_geometry import blank_figure
 from ehl.common.data import reason_text
 from ehl.common.errors import InputError
