@@ -32,7 +32,7 @@ from efficiency.cutting.blank import Blank
 from efficiency.cutting.machine import GENERATIONS, MACHINE_INPUTS
 from efficiency.cutting.process import PROCESSES
 from ehl.common.data import data_rows
-from ehl.common.errors import InputError
+from ehl.common.errors import InputError, check_choice
 from ehl.common.files import read_text, toml_text
 from ehl.common.units import ValueRange, parse_quantity
 from ehl.common.validation import locate_field
@@ -199,8 +199,7 @@ def _without_rest(own: dict[tuple[str, str, str], Any], name: str) -> list[str]:
 
 def _chosen(words: dict[str, str], value: str, where: str) -> str:
     word = " ".join(value.lower().split())
-    if word not in words:
-        raise InputError(where, value, "one of " + ", ".join(words))
+    check_choice(where, word, words)
     return words[word]
 
 

@@ -35,11 +35,11 @@ class PitchGeometry:
     def hypoid_factor(self, *, concave: bool) -> float:
         """Z_Hyp of ISO 10300; `concave`: whether the concave pinion flank is loaded."""
         from efficiency.blanks.iso_10300 import hypoid_factor
-        from efficiency.blanks.tangency import limit_pressure_angle
+        from efficiency.blanks.tangency import PitchCones
 
         spirals = self.spiral_angle
-        distances = (radius / math.sin(cone) for radius, cone in zip(self.radius, self.pitch_angle, strict=True))
-        limit = limit_pressure_angle(*self.pitch_angle, *distances, *spirals, spirals[0] - spirals[1])
+        one, two = (radius / math.sin(cone) for radius, cone in zip(self.radius, self.pitch_angle, strict=True))
+        limit = PitchCones(self.pitch_angle, (one, two), spirals).limit_pressure_angle(spirals[0] - spirals[1])
         return hypoid_factor(*spirals, self.pressure_angle, self.pressure_angle - (limit if concave else -limit))
 
     @classmethod

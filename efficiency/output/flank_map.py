@@ -8,15 +8,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from efficiency.contact.gear_flanks import GearFlanks, Member
+from efficiency.loss.efficiency_result import EfficiencyResult
 from ehl.common.arrays import BoolArray, FloatArray, IntArray
-
-if TYPE_CHECKING:
-    from efficiency.contact.gear_flanks import GearFlanks, Member
-    from efficiency.loss.efficiency_result import EfficiencyResult
 
 # least number of lines, and of points on a line, for a field
 _MIN_POINTS = 2

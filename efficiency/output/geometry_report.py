@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING
+
+from matplotlib.axes import Axes
 
 from efficiency.contact.gear_flanks import MEMBERS, SIDES
 from efficiency.design.design import Design
@@ -19,9 +20,6 @@ from ehl.common.notes import Note
 from ehl.common.quantities import quantity
 from ehl.common.sections import Head, Item, KeyFigures, MainResult, Medium, Notes, Picture, Row, Section, Text, picture
 from ehl.common.table import Column, Table
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 
 def flank_table(geometry: PairGeometry) -> Table:
