@@ -453,7 +453,7 @@ class LoadedMesh:
             operation.bulk,
             (operation.roughness_rms_pinion, operation.roughness_rms_gear),
             card.viscosity_kinematic_40,
-            operation.speed * design.ratio * pitch.radius_gear,
+            operation.speed * design.ratio * pitch.radius[1],
             pitch.module_normal,
             pitch.hypoid_factor(concave=concave),
             math.nan
@@ -514,7 +514,7 @@ class LoadedMesh:
         power = sliding[some] * (sliding.sum() / max(sliding[some].sum(), 1e-300) / len(load.positions))
         state = points.state.at(some)
         pitch, design = self.mesh.pitch, self.design
-        size = pitch.radius_pinion + pitch.radius_gear, design.common_face_width
+        size = sum(pitch.radius), design.common_face_width
         run = warming(operation, size, LUBRICATION_FACTORS[design.cooling.lubrication])
         trial = next(run)
         while True:

@@ -181,12 +181,9 @@ class CylindricalPair(GearPair):
         grids = MeshGrids(design.name, side, fine, coarse, self._teeth, points, axes_of(pair))
         pitch = PitchGeometry(
             pressure_angle=math.atan(math.tan(pair.working_angle) * math.cos(pair.helix_angle)),
-            spiral_angle_pinion=pair.helix_angle,
-            spiral_angle_gear=pair.helix_angle,
-            pitch_angle_pinion=0.0,
-            pitch_angle_gear=0.0,
-            radius_pinion=pair.pitch[0],
-            radius_gear=pair.pitch[1],
+            spiral_angle=(pair.helix_angle, pair.helix_angle),
+            pitch_angle=(0.0, 0.0),
+            radius=pair.pitch,
             module_normal=pair.module,
             contact_ratio_profile=pair.contact_ratio,
         )

@@ -171,16 +171,6 @@ def _plan(text: str, name: str, answers: Mapping[str, str], given: Mapping[str, 
     return text
 
 
-# head of a cylindrical pair instead of that of the template
-_CYLINDRICAL = """# Cylindrical pair: teeth, finish, operating point. Efficiency: mixed-ehl gear FILE
-# The teeth are those of <like>. Further keys, with their units in quotes:
-# helix_angle, centre_distance, load_share ("elastic" or "rigid"); of [pinion] and [gear]: profile_shift, tip_diameter,
-# tip_relief with tip_relief_length, addendum_factor, dedendum_factor, finish ("ground", ...), roughness_rms.
-#
-# Comment of the original design:
-"""
-
-
 def _design(text: str, name: str, answers: Mapping[str, str], given: Mapping[str, str]) -> str:
     from efficiency.design.design import Design
     from efficiency.pairs import cylindrical_design, is_cylindrical
@@ -191,7 +181,7 @@ def _design(text: str, name: str, answers: Mapping[str, str], given: Mapping[str
     shipped = _shipped("designs", like)
     cylindrical = is_cylindrical(tomllib.loads(shipped))
     if cylindrical:
-        head = _CYLINDRICAL.replace("<like>", like)
+        head = data_path("templates", "cylindrical.head").read_text(encoding="utf-8").replace("<like>", like)
     # keys without an answer keep the value of the design
     kept = {word: str(value) for word, value in tomllib.loads(shipped)["operation"].items()}
     made = re.sub(r"^name = .*$", lambda _: "name = <name>", shipped, count=1, flags=re.M)
@@ -263,13 +253,6 @@ def _targets(text: str, name: str, answers: Mapping[str, str], given: Mapping[st
     return text
 
 
-# fractions of the time, of the torque and of the speed; this work, to be replaced by measured data
-_CYCLE = (
-    (0.30, 0.10, 0.35), (0.25, 0.20, 0.50), (0.20, 0.30, 0.65), (0.10, 0.45, 0.50),
-    (0.05, 0.70, 0.35), (0.02, 1.00, 0.20), (0.08, -0.10, 0.60),
-)  # fmt: skip
-
-
 def _duty(text: str, name: str, answers: Mapping[str, str], given: Mapping[str, str]) -> str:
     from efficiency.conditions.duty import COLUMNS
 
@@ -282,8 +265,9 @@ def _duty(text: str, name: str, answers: Mapping[str, str], given: Mapping[str, 
     for word, value in (("torque", torque), ("speed", speed), ("hours", duration)):
         if value <= 0.0:
             raise InputError(word, answers[word], "above 0", "The last row of the file is coast with negative torque.")
-    lines = [text.rstrip()]
-    for share, of_torque, of_speed in _CYCLE:
+    columns, *fractions = text.splitlines()
+    lines = [columns]
+    for of_torque, of_speed, share in (map(float, row.split(",")) for row in fractions):
         note = "coast flanks: negative torque" if of_torque < 0.0 else f"{100 * of_torque:.0f} % of the torque"
         numbers = (of_torque * torque, of_speed * speed * 30.0 / 3.141592653589793, temperature - KELVIN)
         lines.append(",".join(f"{number:.6g}" for number in (*numbers, share * duration)) + f",{note}")

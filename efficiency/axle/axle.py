@@ -157,7 +157,6 @@ class Axle:
         """Pinion and gear for the churning formulas."""
         design: Any = self.pair.design
         pitch = self._mesh("drive").pitch
-        angles = pitch.spiral_angle_pinion, pitch.spiral_angle_gear
         if not isinstance(design, Design):
             pair, wide = design.involute, design.face_width
             sizes = [(pair.teeth[k], pair.pitch[k], pair.tip[k], wide, pair.tip[k] - pair.root[k]) for k in (0, 1)]
@@ -168,7 +167,9 @@ class Axle:
                 outer, tip = (float(blank.axial(heel, height)[0][0]) for height in (0.0 * heel, blank.tip(heel)))
                 depth = float((blank.tip(heel) - blank.root(heel))[0])
                 sizes.append((blank.teeth, outer, max(tip, outer), blank.face_width, depth))
-        one, two = (Wheel(*size, pitch.pressure_angle, abs(a)) for size, a in zip(sizes, angles, strict=True))
+        one, two = (
+            Wheel(*size, pitch.pressure_angle, abs(a)) for size, a in zip(sizes, pitch.spiral_angle, strict=True)
+        )
         return one, two
 
     @one_thread

@@ -7,8 +7,10 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import model_validator
 
-from efficiency.axle.bearings import BearingInput, Length, Place
+from efficiency.axle.bearings import BearingInput
 from efficiency.conditions.duty import SIGNED
+from efficiency.cutting.blank import Length
+from efficiency.design.shaft_input import Place
 from ehl.common.arrays import FloatArray
 from ehl.common.data import named_file
 from ehl.common.errors import InputError

@@ -16,27 +16,14 @@ import numpy as np
 from pydantic import model_validator
 from scipy.optimize import brentq
 
+from efficiency.cutting.blank import Length
+from efficiency.design.shaft_input import Place
 from ehl.common.data import data_rows
 from ehl.common.errors import InputError, check_choice
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel, Name
 
-Length = Annotated[float, ValueRange("m", gt=0.0, le=3.0)]
-Place = Annotated[float, ValueRange("m", ge=-5.0, le=5.0)]
-
-_K_Z = {"tapered_roller": 6.0, "cylindrical_roller": 5.1, "deep_groove_ball": 3.1}
-_K_L = {"tapered_roller": 0.7, "cylindrical_roller": 0.65}
-_MU_FILM = {"tapered_roller": 0.002, "cylindrical_roller": 0.02}
-_MU_FILM_BALL = {True: 0.04, False: 0.05}  # synthetic oil, mineral oil
 _MU_BOUNDARY, _MU_STANDSTILL = 0.12, 0.15
-# drag loss factor V_M over H/d_m
-_LEVEL = (0.0, 0.025, 0.05, 0.1, 0.15, 0.2, 0.3, 0.5, 0.8, 1.0, 1.2)
-_DRAG_ROLLER = (0.0, 1.7e-5, 3.9e-5, 1.16e-4, 2.3e-4, 3.03e-4, 4.5e-4, 6.8e-4, 9.8e-4, 1.195e-3, 1.434e-3)
-_DRAG_BALL = (0.0, 8e-6, 1.8e-5, 7.3e-5, 1.58e-4, 2.47e-4, 3.8e-4, 5.66e-4, 7.8e-4, 9.48e-4, 1.24e-3)
-# lubrication factor f0 (oil bath) and load factor f1 of the Palmgren form, read in the public library thermca
-PALMGREN = {"tapered_roller": (6.0, 4.0e-4), "cylindrical_roller": (3.0, 3.0e-4), "deep_groove_ball": (2.0, 2.2e-4)}
-# largest n d_m of the limiting speeds in catalogues of standard bearings (SKF: tapered rollers about 0.5e6) [rpm mm]
-_SPEED_FACTOR = {"tapered_roller": 5e5, "cylindrical_roller": 7e5, "deep_groove_ball": 7e5}
 _MOST = 700.0  # exponents beyond it are zero in double precision
 
 
@@ -48,6 +35,20 @@ def skf_series() -> dict[str, dict[str, tuple[float, ...]]]:
         constants = tuple(float(row[name]) for name in ("R1", "R2", "S1", "S2"))
         found.setdefault(row["type"], {})[row["series"]] = constants
     return found
+
+
+@cache
+def bearing_types() -> dict[str, dict[str, float]]:
+    """Constants of both methods by type, from `data/bearing_types.csv`."""
+    rows = data_rows("bearing_types.csv")
+    return {row.pop("type"): {name: float(text) for name, text in row.items()} for row in rows}
+
+
+@cache
+def skf_drag() -> dict[str, list[float]]:
+    """Oil level H/d_m, and drag loss factor V_M of roller and ball bearings, from `data/skf_drag.csv`."""
+    rows = data_rows("skf_drag.csv")
+    return {name: [float(row[name]) for row in rows] for name in rows[0]}
 
 
 class BearingInput(InputModel):
@@ -76,6 +77,11 @@ class BearingInput(InputModel):
     # factors of the Palmgren form in place of those of the type [-]
     f0: Annotated[float, ValueRange("", gt=0.0, le=50.0)] | None = None
     f1: Annotated[float, ValueRange("", gt=0.0, le=0.1)] | None = None
+
+    @property
+    def of_type(self) -> dict[str, float]:
+        """Constants of its type."""
+        return bearing_types()[self.type]
 
     @property
     def mean_diameter(self) -> float:
@@ -126,7 +132,7 @@ def skf_moment(bearing: BearingInput, at: BearingState) -> Moments:
     rolling, sliding = skf_load_variables(bearing, at.radial, at.axial)
     thick = min(nu, 1e6 * rolling_range(bearing, at))
     shear, starvation = _thick_oil(bearing, at)
-    film = _MU_FILM.get(bearing.type, _MU_FILM_BALL[at.synthetic])
+    film = bearing.of_type["mu_synthetic" if at.synthetic else "mu_mineral"]
     boundary = math.exp(-min(2.6e-8 * (n * nu) ** 1.4 * dm, _MOST))
     mu = boundary * (_MU_BOUNDARY if n > 0.0 else _MU_STANDSTILL) + (1.0 - boundary) * film
     return {
@@ -174,18 +180,19 @@ def skf_drag_moment(bearing: BearingInput, at: BearingState) -> float:
     nu = 1e6 * min(at.viscosity, drag_range(bearing, at.oil_depth))
     if depth <= 0.0 or n == 0.0:
         return 0.0
-    k_z, slim = _K_Z[bearing.type], (D + d) / (D - d)
+    k_z, k_l, slim = bearing.of_type["K_Z"], bearing.of_type["K_L"], (D + d) / (D - d)
     wetted = 2.0 * math.acos(max(1.0 - depth / (0.6 * dm), -1.0))
     surface = 0.36 * dm**2 * (wetted - math.sin(wetted)) * 0.05 * k_z * slim
     factor = math.sin(0.5 * wetted) if wetted <= math.pi else 1.0
     viscous = 1.093e-7 * n**2 * dm**3 * (n * dm**2 * factor / nu) ** -1.379 * surface
-    level = depth / dm
-    if bearing.type in _K_L:
-        length = 5.0 * _K_L[bearing.type] * 1e3 * bearing.width / dm
+    kind = "ball" if bearing.type == "deep_groove_ball" else "roller"
+    drag = float(np.interp(depth / dm, skf_drag()["level"], skf_drag()[kind]))
+    if kind == "roller":
+        length = 5.0 * k_l * 1e3 * bearing.width / dm
         shape = 2.789e-10 * length**3 - 2.786e-4 * length**2 + 0.0195 * length + 0.6439
-        volume = 4.0 * float(np.interp(level, _LEVEL, _DRAG_ROLLER)) * _K_L[bearing.type] * shape
+        volume = 4.0 * drag * k_l * shape
         return float(1e-3 * (volume * k_z * slim * 1e-9 * bearing.width * dm**4 * n**2 + viscous))
-    volume = 0.4 * float(np.interp(level, _LEVEL, _DRAG_BALL))
+    volume = 0.4 * drag
     return float(1e-3 * (volume * k_z * slim * 1e-12 * dm**5 * n**2 + viscous))
 
 
@@ -195,8 +202,7 @@ def palmgren_moment(bearing: BearingInput, at: BearingState) -> Moments:
     ``M_0 = 1e-7 f_0 (nu n)^(2/3) d_m^3``, below nu n = 2000: ``160e-7 f_0 d_m^3``; ``M_1 = f_1 P_1 d_m``, P_1 the
     larger one of Fr and 2 Y Fa (tapered roller) or 3.3 Fa - 0.1 Fr (deep groove ball). Range: moderate speed and load.
     """
-    f0, f1 = PALMGREN[bearing.type]
-    f0, f1 = bearing.f0 or f0, bearing.f1 or f1
+    f0, f1 = bearing.f0 or bearing.of_type["f0"], bearing.f1 or bearing.of_type["f1"]
     dm, product = 1e3 * bearing.mean_diameter, 1e6 * at.viscosity * _rpm(at.speed)
     speed = (1e-7 * product ** (2.0 / 3.0) if product >= 2000.0 else 160e-7) * f0 * dm**3
     thrust = {"tapered_roller": 2.0 * bearing.axial_factor * at.axial, "cylindrical_roller": 0.0}
@@ -233,12 +239,12 @@ def _thick_oil(bearing: BearingInput, at: BearingState) -> tuple[float, float]:
     """
     d, D, dm = 1e3 * bearing.bore, 1e3 * bearing.outside_diameter, 1e3 * bearing.mean_diameter
     n, starved = _rpm(at.speed), 3e-8 if 1e3 * at.oil_depth < 0.1 * dm else 0.0
-    return 1.84e-9 * (n * dm) ** 1.28, starved * n * (d + D) * math.sqrt(_K_Z[bearing.type] / (2.0 * (D - d)))
+    return 1.84e-9 * (n * dm) ** 1.28, starved * n * (d + D) * math.sqrt(bearing.of_type["K_Z"] / (2.0 * (D - d)))
 
 
 def bearing_limits(method: str, bearing: BearingInput, at: BearingState) -> list[str]:
     """Notes on bearings outside the range of their method."""
-    speed, most = _rpm(at.speed), 1e-3 * _SPEED_FACTOR[bearing.type] / bearing.mean_diameter
+    speed, most = _rpm(at.speed), 1e-3 * bearing.of_type["speed_factor"] / bearing.mean_diameter
     fast = f"bearing {bearing.name}: {speed:.4g} rpm, above the usual limiting speed (about {most:.0f} rpm)"
     notes = [f"{fast}: its loss is extrapolated"] if speed > most else []
     if method != "skf":

@@ -221,8 +221,7 @@ class PairBlank(Reportable):
 
     def to_dict(self) -> dict[str, Any]:
         """All values as plain numbers, lists and tables: SI units, names of docs/nomenclature.md."""
-        plain: dict[str, Any] = finite_or_none(asdict(self))
-        return plain
+        return dict(finite_or_none(asdict(self)))
 
     def drawing_table(self) -> Table:
         """Gear data for the drawings of both members, with symbol and unit (mm, deg)."""

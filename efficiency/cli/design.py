@@ -190,16 +190,14 @@ _StateOptions: Any = shared.group(
         int | None,
         console.advanced(help="Tolerance analysis: number of random states; E, P, G, angle are standard deviations."),
     ],
-    accuracy_grade=shared.GradeOption,
+    accuracy_grade=Annotated[
+        int | None,
+        console.advanced(help="ISO 1328-1 accuracy grade (1 to 11) of random flank deviations in each state."),
+    ],
     friction=shared.text_option("Friction model as in mixed-ehl gear."),
-    oil=shared.OilOption,
 )
-_StateFiles: Any = shared.group(
-    shared.check_files,
-    json_output=shared.JsonOption,
-    csv=Annotated[Path | None, console.advanced(help="Write all states as CSV (SI units).")],
-    plot=Annotated[Path | None, console.advanced(help="Folder for figures (PNG).")],
-    report=shared.ReportOption,
+_StateConditions: Any = shared.group(
+    **{name: option for name, option in shared.CONDITIONS.items() if name != "side"}, bulk=shared.BulkOption
 )
 
 
@@ -208,8 +206,8 @@ def misalignment(
     design: shared.DesignArgument,
     axes: _ShiftLists,
     more: _StateOptions,
-    point: shared.PointOptions,
-    files: _StateFiles,
+    conditions: _StateConditions,
+    files: shared.FolderOptions,
 ) -> None:
     """Misalignment study (V-H check): contact over a grid of E, P, G and shaft angle, added to those of the design.
 
@@ -219,7 +217,7 @@ def misalignment(
     Misalignments are lists 'a, b, c unit' or ranges 'from:to:number unit'. All combinations are computed.
     """
     with console.working("misalignment"):
-        states = efficiency.load(design).misalignment(**axes, **more, **point)
+        states = efficiency.load(design).misalignment(**axes, **more, **conditions)
     shared.present(states, **files)
 
 

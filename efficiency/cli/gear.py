@@ -14,13 +14,7 @@ from ehl.common import console
 from ehl.common.console import advanced, check_outputs, fail_unless_converged, is_list, working
 
 LoadFromOption = Annotated[Path | None, advanced(help="CSV file with a load distribution of another program.")]
-_GearConditions: Any = shared.group(
-    **shared.CONDITIONS,
-    bulk=shared.text_option(
-        "Bulk temperature of the teeth: estimate (default, from the loss after ISO/TR 15144-1), or oil.",
-        name="--bulk-temperature",
-    ),
-)
+_GearConditions: Any = shared.group(**shared.CONDITIONS, bulk=shared.BulkOption)
 _GearOptions: Any = shared.group(
     uncertainty=shared.switch(
         "--uncertainty", "Contribution of each input to the interval; with ehl from solved contacts (minutes)."
@@ -47,28 +41,10 @@ def gear(
         bool, advanced("--rating", help="Only the load capacity by ISO 10300: stresses, S_H and S_F of both flanks.")
     ] = False,
     spectrum: Annotated[Path | None, advanced(help="With --rating: duty cycle (CSV, XLSX) as load spectrum.")] = None,
-    tolerance: Annotated[
-        int | None,
-        advanced(
-            min=2,
-            max=10_000,
-            help="Number of random states; --E, --P, --G and --shaft-angle-error are then standard deviations.",
-        ),
-    ] = None,
-    accuracy_grade: shared.GradeOption = None,
 ) -> None:
     """Efficiency of a gear pair at one operating point: contact, load, friction, power loss, strength."""
     check_outputs({"save_load": more.get("save_load")})
     _refuse_lists(conditions)
-    if tolerance is not None:
-        shared.refuse("--tolerance", {"rating": rating or None, "spectrum": spectrum, **more})
-        whole = efficiency.load(design)
-        at = {"torque": whole.design.operation.torque, **conditions, **misalignment}
-        with working("random states"):
-            states = whole.misalignment(samples=tolerance, accuracy_grade=accuracy_grade, friction=friction, **at)
-        shared.present(states, **files)
-        return
-    shared.refuse("one state", {"accuracy_grade": accuracy_grade})
     pair = _pair(design, misalignment)
     if rating:
         at = {name: conditions.pop(name) for name in ("torque", "speed") if name in conditions}

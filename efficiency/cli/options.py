@@ -116,6 +116,10 @@ ROUGHNESS = {
     "roughness_rms_pinion": text_option("Rq of the pinion flanks.", name="--roughness-pinion"),
     "roughness_rms_gear": text_option("Rq of the gear flanks.", name="--roughness-gear"),
 }
+BulkOption = text_option(
+    "Bulk temperature of the teeth: estimate (default, from the loss after ISO/TR 15144-1), or oil.",
+    name="--bulk-temperature",
+)
 LoadBalanceOption = text_option("Torque balance: frictional (default, with friction forces) or frictionless.")
 HELD = {"oil": OilOption, **ROUGHNESS, "load_balance": LoadBalanceOption}
 HeldOptions = group(**HELD)
@@ -136,9 +140,6 @@ FrictionOption = Annotated[
 StrengthOption = switch(
     "--strength", "Add columns of worst grade, safety factors, integral temperature, specific film (0.1 s per point)."
 )
-GradeOption = Annotated[
-    int | None, console.advanced(help="ISO 1328-1 accuracy grade (1 to 11) of random flank deviations in each state.")
-]
 MarkingOption = Annotated[str | None, console.advanced(help="Thickness of the marking compound, default '6.35 um'.")]
 JsonOption = Annotated[bool, output_option("--json", help="Print one JSON object in SI units.")]
 ReportOption = Annotated[Path | None, output_option(help="Write one HTML page, also for printing.")]
@@ -158,6 +159,7 @@ FigureOption = Annotated[Path | None, output_option(help="Write the figure (PNG,
 TableOptions = group(check_files, json_output=JsonOption, **_TABLES)
 PageOptions = group(check_files, json_output=JsonOption, **_PAGE)
 FileOptions = group(check_files, json_output=JsonOption, **_PAGE, **_TABLES)
+FolderOptions = group(check_files, json_output=JsonOption, plot=_PAGE["plot"], report=ReportOption, **_TABLES)
 ReportOptions = group(check_files, json_output=JsonOption, report=ReportOption, **_TABLES)
 FigureOptions = group(check_files, json_output=JsonOption, plot=FigureOption, report=ReportOption, **_TABLES)
 FreshOption = Annotated[

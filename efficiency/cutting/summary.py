@@ -29,54 +29,13 @@ from typing import Any
 from pydantic import BaseModel
 
 from efficiency.cutting.blank import Blank
-from efficiency.cutting.machine import GENERATIONS, MACHINE_INPUTS, MODIFIED_ROLL
+from efficiency.cutting.machine import GENERATIONS, MACHINE_INPUTS
 from efficiency.cutting.process import PROCESSES
-from ehl.common.errors import InputError
+from ehl.common.data import data_rows
+from ehl.common.errors import InputError, check_choice
 from ehl.common.files import read_text, toml_text
 from ehl.common.units import ValueRange, parse_quantity
 from ehl.common.validation import locate_field
-
-# values of a sheet that are converted after reading
-_TURNED = {
-    "outer cone distance": ("blank", "OUTER_CONE", "mm"),
-    "outer addendum": ("blank", "OUTER_ADDENDUM", "mm"),
-    "addendum": ("blank", "OUTER_ADDENDUM", "mm"),
-    "outer whole depth": ("blank", "OUTER_DEPTH", "mm"),
-    "whole depth": ("blank", "OUTER_DEPTH", "mm"),
-    "face angle": ("blank", "FACE_ANGLE", "deg"),
-    "root angle": ("blank", "ROOT_ANGLE", "deg"),
-    "cutter diameter": ("cutter", "DIAMETER", "mm"),
-    "point diameter": ("cutter", "POINT_DIAMETER", "mm"),
-    "outside blade angle": ("cutter", "OUTSIDE_ANGLE", "deg"),
-    "inside blade angle": ("cutter", "INSIDE_ANGLE", "deg"),
-    "blade radius": ("cutter", "BLADE_RADIUS", "mm"),
-    "horizontal": ("machine", "HORIZONTAL", "mm"),
-    "vertical": ("machine", "VERTICAL", "mm"),
-    "cradle test roll": ("machine", "CRADLE_ROLL", "deg"),
-    "work test roll": ("machine", "WORK_ROLL", "deg"),
-    "nc/75": ("machine", "CROWN_TEETH", ""),
-}
-_TURNED_KEYS = {key for _, key, _ in _TURNED.values()}
-# labels of a sheet that differ from the key of the design file with spaces; the first label of a key is written
-_OTHER_LABELS = {
-    "cutter type": "type",
-    "pitch apex beyond crossing point": "pitch_apex_beyond_crossing",
-    "helical motion": "helical_motion_1",
-    "vertical motion": "vertical_motion_1",
-    "ratio of roll": "roll_ratio",
-}
-_SYNONYMS = {
-    "number of teeth": "teeth",
-    "hand of spiral": "hand",
-    "pressure angle": "blade_angle",
-    "number of blade groups": "blade_groups",
-    "radial distance": "radial_setting",
-    "radial": "radial_setting",
-    "tilt angle": "tilt",
-    "swivel angle": "swivel",
-    "machine center to back": "machine_centre_to_back",
-    **{label: f"modified_roll_{label}" for label in MODIFIED_ROLL},
-}
 
 
 def _keys() -> Iterator[tuple[str, str, str]]:
@@ -100,11 +59,25 @@ def _entries(model: type[BaseModel], within: str = "") -> Iterator[tuple[str, st
             yield within + name, "#" if place.annotation is int else "text"
 
 
-# label: (table, key, unit); keys in capitals are converted after reading
+# labels that differ from the key of the design file with spaces; those with a table have a key in capitals, whose value
+# is converted after reading
+_SHEET = data_rows("setting_sheet.csv")
+_TURNED_KEYS = {row["key"] for row in _SHEET if row["table"]}
 _BY_KEY = {key: (table, key, unit) for table, key, unit in _keys()}
-LABELS = _TURNED | {label: _BY_KEY[key] for label, key in _OTHER_LABELS.items()}
-LABELS |= {re.sub(r"[_.]", " ", key): entry for key, entry in _BY_KEY.items() if key != "type"}
-LABELS |= {label: _BY_KEY[key] for label, key in _SYNONYMS.items()}
+
+
+def _labels(written: str) -> dict[str, tuple[str, str, str]]:
+    """Labels of the table with table, key and unit of their values; those `written` precede those only read."""
+    return {
+        row["label"]: (row["table"], row["key"], row["unit"]) if row["table"] else _BY_KEY[row["key"]]
+        for row in _SHEET
+        if row["written"] == written
+    }
+
+
+# the first label of a key is written
+LABELS = _labels("yes")
+LABELS |= {re.sub(r"[_.]", " ", key): entry for key, entry in _BY_KEY.items() if key != "type"} | _labels("no")
 _FLANKS = dict.fromkeys(("concave", "outside blade", "ob"), "concave")
 _FLANKS |= dict.fromkeys(("convex", "inside blade", "ib"), "convex") | {"both": ""}
 _TEXTS = {
@@ -226,8 +199,7 @@ def _without_rest(own: dict[tuple[str, str, str], Any], name: str) -> list[str]:
 
 def _chosen(words: dict[str, str], value: str, where: str) -> str:
     word = " ".join(value.lower().split())
-    if word not in words:
-        raise InputError(where, value, "one of " + ", ".join(words))
+    check_choice(where, word, words)
     return words[word]
 
 

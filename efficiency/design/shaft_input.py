@@ -117,8 +117,8 @@ _REMEDY = (
 )
 
 
-class BearingInput(InputModel):
-    """A bearing of a shaft."""
+class BearingStiffnessInput(InputModel):
+    """A bearing of a shaft by its stiffness."""
 
     position: Place  # along the axis from the crossing point [m], positive towards the teeth
     # stiffness [N/m]
@@ -134,7 +134,7 @@ class MemberStiffnessInput(InputModel):
     reference_point: Place
     # force [N] and moment [N m] by displacement [m] and rotation [rad] along x, y, z, six rows of six: N/m, N, N m
     matrix: Annotated[tuple[MatrixRow, ...], Field(min_length=6, max_length=6)] | None = None
-    bearings: tuple[BearingInput, ...] = ()  # instead of the matrix: at least two at different positions
+    bearings: tuple[BearingStiffnessInput, ...] = ()  # instead of the matrix: at least two at different positions
     # diameters of a shaft with bearings [m]
     shaft_diameter: Diameter | None = None
     shaft_bore: Annotated[float, ValueRange("m", ge=0.0, le=2.0)] = 0.0

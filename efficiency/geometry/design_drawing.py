@@ -34,8 +34,7 @@ class DesignDrawing:
 
     def to_dict(self) -> dict[str, Any]:
         """Values of the pair and of both members."""
-        plain: dict[str, Any] = finite_or_none(self.pair | {"pinion": self.pinion, "gear": self.gear})
-        return plain
+        return dict(finite_or_none(self.pair | {"pinion": self.pinion, "gear": self.gear}))
 
 
 def design_drawing(design: Design) -> DesignDrawing:

@@ -50,8 +50,7 @@ class DesignRating(Reportable):
 
     def to_dict(self) -> dict[str, Any]:
         """All values as plain numbers, lists and tables, SI units."""
-        plain: dict[str, Any] = finite_or_none(asdict(self) | {"inputs": self.inputs.model_dump()})
-        return plain
+        return dict(finite_or_none(asdict(self) | {"inputs": self.inputs.model_dump()}))
 
     def sections(self, medium: Medium = "page", *args: Any, **options: Any) -> list[Section]:
         """The rating sheet: factors of both flanks, stresses and safety factors of both members."""

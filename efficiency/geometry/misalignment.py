@@ -138,8 +138,7 @@ class MisalignmentStudy:
         if self.samples:
             content |= {"samples": self.samples, "distribution": self.distribution()}
             content |= {"accuracy_grade": self.accuracy_grade, "tolerances": self.tolerances.model_dump()}
-        plain: dict[str, object] = finite_or_none(content | {"points": [p.to_dict(loaded) for p in self.points]})
-        return plain
+        return dict(finite_or_none(content | {"points": [p.to_dict(loaded) for p in self.points]}))
 
 
 @dataclass(frozen=True, repr=False)

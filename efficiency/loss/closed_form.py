@@ -9,6 +9,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
+from efficiency.blanks.rating import Pair
 from efficiency.cutting.blank import Blank
 from efficiency.loss.kinematics import Driver
 from ehl.common.errors import InputError
@@ -22,27 +25,21 @@ class PitchGeometry:
     """
 
     pressure_angle: float  # generated normal pressure angle of the drive side [rad]
-    # mean spiral angles [rad]
-    spiral_angle_pinion: float
-    spiral_angle_gear: float
-    # pitch angles [rad]
-    pitch_angle_pinion: float
-    pitch_angle_gear: float
-    # mean pitch radii [m]
-    radius_pinion: float
-    radius_gear: float
+    # of pinion and gear
+    spiral_angle: Pair  # mean [rad]
+    pitch_angle: Pair  # [rad]
+    radius: Pair  # mean pitch radius [m]
     module_normal: float  # mean normal module [m]
     contact_ratio_profile: float  # transverse (profile) contact ratio of the virtual cylindrical pair [-]
 
     def hypoid_factor(self, *, concave: bool) -> float:
         """Z_Hyp of ISO 10300; `concave`: whether the concave pinion flank is loaded."""
         from efficiency.blanks.iso_10300 import hypoid_factor
-        from efficiency.blanks.tangency import limit_pressure_angle
+        from efficiency.blanks.tangency import PitchCones
 
-        spirals = self.spiral_angle_pinion, self.spiral_angle_gear
-        cones = self.pitch_angle_pinion, self.pitch_angle_gear
-        distances = self.radius_pinion / math.sin(cones[0]), self.radius_gear / math.sin(cones[1])
-        limit = limit_pressure_angle(*cones, *distances, *spirals, spirals[0] - spirals[1])
+        spirals = self.spiral_angle
+        one, two = (radius / math.sin(cone) for radius, cone in zip(self.radius, self.pitch_angle, strict=True))
+        limit = PitchCones(self.pitch_angle, (one, two), spirals).limit_pressure_angle(spirals[0] - spirals[1])
         return hypoid_factor(*spirals, self.pressure_angle, self.pressure_angle - (limit if concave else -limit))
 
     @classmethod
@@ -51,44 +48,40 @@ class PitchGeometry:
     ) -> PitchGeometry:
         """Pitch-point data from the blanks and the mean spiral and pressure angles of the mating flanks [rad]."""
         pressure = 0.5 * (angles_pinion[1] + angles_gear[1])
-        spiral = 0.5 * (angles_pinion[0] + angles_gear[0])
-        radius_pinion, radius_gear = (b.mean_cone_distance * math.sin(b.pitch_angle) for b in (pinion, gear))
+        spirals = angles_pinion[0], angles_gear[0]
+        one, two = (blank.mean_cone_distance * math.sin(blank.pitch_angle) for blank in (pinion, gear))
         return cls(
             pressure_angle=pressure,
-            spiral_angle_pinion=angles_pinion[0],
-            spiral_angle_gear=angles_gear[0],
-            pitch_angle_pinion=pinion.pitch_angle,
-            pitch_angle_gear=gear.pitch_angle,
-            radius_pinion=radius_pinion,
-            radius_gear=radius_gear,
-            module_normal=2.0 * radius_gear * math.cos(angles_gear[0]) / gear.teeth,
-            contact_ratio_profile=profile_contact_ratio(pinion, gear, spiral, pressure),
+            spiral_angle=spirals,
+            pitch_angle=(pinion.pitch_angle, gear.pitch_angle),
+            radius=(one, two),
+            module_normal=2.0 * two * math.cos(spirals[1]) / gear.teeth,
+            contact_ratio_profile=profile_contact_ratio(pinion, gear, 0.5 * sum(spirals), pressure),
         )
 
     def __post_init__(self) -> None:
-        for name in ("radius_pinion", "radius_gear", "module_normal", "contact_ratio_profile"):
+        for name in ("radius", "module_normal", "contact_ratio_profile"):
             value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0.0):
+            if not np.all(np.isfinite(value) & (np.array(value) > 0.0)):
                 raise InputError(name, value, "a finite number above 0")
-        for name in ("pressure_angle", *(f"{a}_angle_{m}" for a in ("spiral", "pitch") for m in ("pinion", "gear"))):
+        for name in ("pressure_angle", "spiral_angle", "pitch_angle"):
             value = getattr(self, name)
-            if not (math.isfinite(value) and 0.0 <= value < 0.5 * math.pi):
+            if not np.all((np.array(value) >= 0.0) & (np.array(value) < 0.5 * math.pi)):
                 raise InputError(name, value, "an angle from 0 to below pi/2 rad")
 
     @property
     def lengthwise_measure(self) -> float:
         """Sliding along the tooth per normal velocity, a = |tan b1 - tan b2| [-]."""
-        return abs(math.tan(self.spiral_angle_pinion) - math.tan(self.spiral_angle_gear))
+        one, two = map(math.tan, self.spiral_angle)
+        return abs(one - two)
 
     @property
     def profile_measure(self) -> float:
         """Maximum profile sliding per normal velocity, k [-]; without offset its mean over the action is k/2."""
         cos_n = math.cos(self.pressure_angle)
-        mean_spiral = 0.5 * (self.spiral_angle_pinion + self.spiral_angle_gear)
-        cos_base = math.sqrt(1.0 - (math.sin(mean_spiral) * cos_n) ** 2)
-        along_1, along_2 = math.cos(self.spiral_angle_pinion), math.cos(self.spiral_angle_gear)
-        curvature = math.cos(self.pitch_angle_pinion) / (self.radius_pinion * along_1)
-        curvature += math.cos(self.pitch_angle_gear) / (self.radius_gear * along_2)
+        cos_base = math.sqrt(1.0 - (math.sin(0.5 * sum(self.spiral_angle)) * cos_n) ** 2)
+        each = zip(self.pitch_angle, self.radius, self.spiral_angle, strict=True)
+        curvature = sum(math.cos(cone) / (radius * math.cos(spiral)) for cone, radius, spiral in each)
         half_action = 0.5 * self.contact_ratio_profile * math.pi * self.module_normal
         return half_action * cos_n / cos_base * curvature
 
@@ -124,8 +117,8 @@ def coleman_type(pair: PitchGeometry, friction_coefficient: float = 0.05, driver
     """
     _check_friction(friction_coefficient)
     mu, way = friction_coefficient, 1.0 if driver == "pinion" else -1.0
-    way = math.copysign(way, way * (pair.spiral_angle_pinion - pair.spiral_angle_gear))
-    wedge = math.cos(pair.pressure_angle) + way * mu * pair.mean_lengthwise_share * math.tan(pair.spiral_angle_pinion)
+    way = math.copysign(way, way * (pair.spiral_angle[0] - pair.spiral_angle[1]))
+    wedge = math.cos(pair.pressure_angle) + way * mu * pair.mean_lengthwise_share * math.tan(pair.spiral_angle[0])
     loss = mu * pair.mean_sliding / wedge
     return 1.0 - loss if driver == "pinion" else 1.0 / (1.0 + loss)
 
@@ -157,7 +150,7 @@ def lengthwise_sliding(pair: PitchGeometry, friction_coefficient: float = 0.05, 
     """
     _check_friction(friction_coefficient)
     cos_n = math.cos(pair.pressure_angle)
-    tan_1, tan_2 = math.tan(pair.spiral_angle_pinion), math.tan(pair.spiral_angle_gear)
+    tan_1, tan_2 = map(math.tan, pair.spiral_angle)
     signed = math.copysign(friction_coefficient, tan_1 - tan_2)
     if driver == "pinion":
         return (cos_n + signed * tan_2) / (cos_n + signed * tan_1)

@@ -68,11 +68,6 @@ def hierarchic_functions(degree: int, x: FloatArray) -> Pair:
     return np.stack(values, axis=-1), np.stack(slopes, axis=-1)
 
 
-def lagrange_values(nodes: FloatArray, x: FloatArray) -> FloatArray:
-    """Lagrange polynomials of nodes, (points, functions)."""
-    return np.asarray(legendre.legvander(2.0 * x - 1.0, nodes.size - 1) @ _to_legendre(tuple(nodes.tolist())))
-
-
 def lagrange_polynomials(nodes: FloatArray, x: FloatArray) -> Pair:
     """Lagrange polynomials of nodes and their derivatives."""
     values, slopes = legendre_polynomials(nodes.size - 1, x)

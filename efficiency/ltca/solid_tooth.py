@@ -234,7 +234,7 @@ class SolidTooth:
     def _interpolation(self, face: ArrayLike, height: ArrayLike) -> FloatArray:
         """Values (points, nodes) of the polynomials of the flank grid."""
         b, c = self.cell.on_flank(np.asarray(face, float), np.asarray(height, float))
-        over, along = (ritz.lagrange_values(nodes, x) for nodes, x in zip(self.nodes, (b, c), strict=True))
+        over, along = (ritz.lagrange_polynomials(nodes, x)[0] for nodes, x in zip(self.nodes, (b, c), strict=True))
         return (over[:, :, None] * along[:, None, :]).reshape(b.size, -1)
 
 

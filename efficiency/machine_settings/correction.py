@@ -59,7 +59,7 @@ class SettingCorrection:
 
 
 @dataclass(frozen=True)
-class FlankDeviation:
+class InspectionDeviation:
     """Deviation of one flank from nominal in terms of flank inspection; positive is excess material [m]."""
 
     flank: str  # ``"concave"`` or ``"convex"``
@@ -83,7 +83,7 @@ class MachineCorrections(Reportable):
     design: str  # name of the design
     member: Member  # ``"pinion"`` or ``"gear"``
     corrections: tuple[SettingCorrection, ...]  # changes of the settings
-    deviations: tuple[FlankDeviation, ...]  # measured and expected deviation of each flank
+    deviations: tuple[InspectionDeviation, ...]  # measured and expected deviation of each flank
     text: str  # tables of the corrected settings in the format of a design file
     notes: tuple[str, ...]  # notes on the corrections
 
@@ -325,7 +325,7 @@ def _solve(
     return vector, np.sqrt(np.diag(inverse @ inverse.T))[:count], rest
 
 
-def _deviation(item: _Side, part: str, values: FloatArray) -> FlankDeviation:
+def _deviation(item: _Side, part: str, values: FloatArray) -> InspectionDeviation:
     (x, y), lever = item.measured.place, item.points.lever
     terms = np.stack([np.ones_like(x), x, y, x * x, y * y, x * y, lever / np.abs(lever).mean()], axis=1)
     # a rotation about the axis is not a deviation of form
@@ -333,7 +333,7 @@ def _deviation(item: _Side, part: str, values: FloatArray) -> FlankDeviation:
     found = np.linalg.lstsq(terms[:, :6], left, rcond=None)[0]
     blank = item.nominal.blank
     depth = blank.mean_addendum + blank.mean_dedendum
-    return FlankDeviation(
+    return InspectionDeviation(
         item.side,
         part,
         float(np.sqrt(np.mean(left**2))),

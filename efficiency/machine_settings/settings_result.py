@@ -13,6 +13,7 @@ from efficiency.cutting.cutter import FlankSide
 from efficiency.design.design import Design
 from efficiency.machine_settings.conjugate import FitGrid
 from efficiency.machine_settings.fit import FittedFlank
+from efficiency.output.machine_summary import settings_tables
 from ehl.common.arrays import FloatArray, finite_or_none
 from ehl.common.pages import Reportable
 from ehl.common.quantities import quantity
@@ -94,7 +95,7 @@ class SettingsResult(Reportable):
         """Settings, fit with warnings, and residual maps of flanks that do not meet their targets."""
         maps = [_map(flank) for flank in self.flanks if flank.fitted.largest > MAP_FROM]
         head = Head(f"Machine settings: {self.design.name}")
-        return [Section("", [head, _settings(self), _fit(self), *maps])]
+        return [Section("", [head, *settings_tables(self.design), _fit(self), *maps])]
 
     def __repr__(self) -> str:
         return (
@@ -115,25 +116,10 @@ class SettingsResult(Reportable):
                 "undercut": flank.undercut,
                 "residual_map": flank.residual_map,
             }
-        plain: dict[str, Any] = finite_or_none(out)
-        return plain | {"design": self.design.model_dump()}
+        return dict(finite_or_none(out)) | {"design": self.design.model_dump()}
 
 
 MAP_FROM = 1e-9  # largest residual above which a residual map is shown [m]
-
-
-def _settings(result: SettingsResult) -> Table:
-    """Settings of the design file, one column per flank."""
-    columns = {}
-    for member in ("pinion", "gear"):
-        for side in ("concave", "convex"):
-            given = getattr(getattr(result.design, member), side).model_dump()
-            columns[f"{member} {side}"] = {name: value for table in given.values() for name, value in table.items()}
-    names = dict.fromkeys(name for values in columns.values() for name in values)
-    used = [name for name in names if any(values.get(name) not in (None, 0.0) for values in columns.values())]
-    heads: list[Column | str] = ["flank", *(Column(name, label=name.replace("_", " "), digits=6) for name in used)]
-    rows = [(flank, *(values.get(name) for name in used)) for flank, values in columns.items()]
-    return Table(heads, rows, result.design.name, name="settings", vertical=True)
 
 
 def _fit(result: SettingsResult) -> Table:

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
@@ -31,7 +31,7 @@ from efficiency.pair import GearPair
 from ehl import __version__
 from ehl.common.arrays import finite_or_none
 from ehl.common.data import named_file
-from ehl.common.errors import ConvergenceError, InputError, check_count
+from ehl.common.errors import ConvergenceError, InputError, check_choice, check_count
 from ehl.common.files import write_file
 from ehl.common.journal import Journal
 from ehl.common.progress import ProgressCallback, progress_to, report_progress
@@ -260,10 +260,8 @@ def make_problem(
     oil: str | None,
 ) -> search_problem.SearchProblem:
     """The validated problem of `optimise`."""
-    if over not in ("mean", "worst"):
-        raise InputError("over", over, "mean or worst")
-    if flanks not in ("drive", "coast", "both"):
-        raise InputError("flanks", flanks, "drive, coast or both")
+    check_choice("over", over, get_args(search_problem.Over))
+    check_choice("flanks", flanks, get_args(search_problem.Flanks))
     own = start.operation
     rows: tuple[DutyRow, ...]
     if duty is None:
@@ -274,8 +272,7 @@ def make_problem(
         raise InputError("flanks", flanks, "flanks that carry load in the duty cycle")
     wanted = tuple(dict.fromkeys(objectives or search_problem.OBJECTIVES))
     for name in wanted:
-        if name not in search_problem.FIGURES:
-            raise InputError("objective", name, "one of " + ", ".join(search_problem.FIGURES))
+        check_choice("objective", name, search_problem.FIGURES)
     card = oil or own.oil
     Oil.load(card)
     return search_problem.SearchProblem(

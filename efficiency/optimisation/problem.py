@@ -16,7 +16,7 @@ from efficiency.conditions.duty import DutyRow
 from efficiency.design.design import Misalignment
 from efficiency.machine_settings.inputs import FlankTarget, MemberTargets, SettingsInput, Targets
 from ehl.common.arrays import FloatArray
-from ehl.common.errors import InputError
+from ehl.common.errors import InputError, check_choice
 from ehl.common.quantities import Quantity, quantities
 from ehl.common.units import ValueRange
 from ehl.common.validation import value_range_of
@@ -163,8 +163,7 @@ def variables_of(
     found: list[Variable] = []
     taken: dict[str, str] = {}
     for name, bounds in names.items():
-        if name not in VARIABLES:
-            raise InputError("variable", name, "one of " + ", ".join((*VARIABLES, *GROUPS)))
+        check_choice("variable", name, (*VARIABLES, *GROUPS))
         _take("variable", name, taken)
         if name in _BLANK:
             _blank_value(start, name)
@@ -371,8 +370,7 @@ def checked_limits(given: Mapping[str, Any] | None) -> dict[str, float | str]:
     """Validated limits: a value, or `START` for the value of the start; `InputError` for anything else."""
     found: dict[str, float | str] = {}
     for name, value in (dict.fromkeys(LIMITS, START) if given is None else given).items():
-        if name not in FIGURES:
-            raise InputError("limit", name, "one of " + ", ".join(FIGURES))
+        check_choice("limit", name, FIGURES)
         if value in (START, "", None):
             found[name] = START
             continue
@@ -387,8 +385,7 @@ def half_widths(box: Mapping[str, Any]) -> dict[str, float]:
     """Half widths of E, P, G [m] and shaft_angle_error [rad] that are not zero."""
     widths = {}
     for name, value in box.items():
-        if name not in _SHIFTS:
-            raise InputError("misalignment", name, "one of " + ", ".join(_SHIFTS))
+        check_choice("misalignment", name, _SHIFTS)
         width = _SHIFTS[name].check_given(value, name)
         if width < 0.0:
             raise InputError(name, value, "a half width, zero or above", "The box extends to both sides.")
@@ -409,8 +406,7 @@ def box_states(
     widths = half_widths(BOX if box is None else box)
     taken: dict[str, str] = {}
     for name, value in (tolerance or {}).items():
-        if name not in VARIABLES or name in _BLANK:
-            raise InputError("tolerance", name, "one of " + ", ".join(n for n in VARIABLES if n not in _BLANK))
+        check_choice("tolerance", name, (n for n in VARIABLES if n not in _BLANK))
         _take("tolerance", name, taken)
         allowed = VARIABLES[name]
         half = ValueRange(allowed.unit, gt=0.0, le=allowed.le, hint="A half width: the error extends to both sides.")

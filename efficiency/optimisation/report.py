@@ -8,9 +8,11 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.machine_settings.design_file import targets_text
@@ -33,10 +35,6 @@ from ehl.common.quantities import quantities
 from ehl.common.sections import Head, Item, KeyFigures, MainResult, Medium, Notes, Picture, Row, Section, Text
 from ehl.common.table import Column, Table
 from regression.friction.published_registry import model_label
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _LIGHT = "0.8"
 # axes end at this multiple of the start, so that the front remains visible

@@ -7,12 +7,14 @@ from collections.abc import Iterable
 from dataclasses import replace
 from itertools import chain
 from operator import attrgetter
-from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
+from efficiency.loss.compare import Comparison, ComparisonRow
 from efficiency.loss.efficiency_result import pair_notes
 from efficiency.loss.power_loss import FACES, HEIGHTS, friction_along_mesh
 from efficiency.output.tables import (
@@ -31,12 +33,6 @@ from ehl.common.quantities import typeset_units
 from ehl.common.sections import Head, Item, KeyFigures, MainResult, Medium, Notes, Row, Section, Text, picture
 from ehl.common.table import Column, Table
 from regression.friction.published_registry import PUBLISHED, model_label
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-    from efficiency.loss.compare import Comparison, ComparisonRow
 
 MARKERS = "os^vD<>PX*"
 

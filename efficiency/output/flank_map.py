@@ -8,15 +8,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from efficiency.contact.gear_flanks import GearFlanks, Member
+from efficiency.loss.efficiency_result import EfficiencyResult
 from ehl.common.arrays import BoolArray, FloatArray, IntArray
-
-if TYPE_CHECKING:
-    from efficiency.contact.gear_flanks import GearFlanks, Member
-    from efficiency.loss.efficiency_result import EfficiencyResult
 
 # least number of lines, and of points on a line, for a field
 _MIN_POINTS = 2
@@ -70,13 +67,13 @@ class FlankMap:
 
     def of_load(self, name: str) -> FloatArray:
         """An array of the `PositionLoad` at every point; zero without load."""
-        return self._grid(self._of_load(name))
+        return self._grid(self._every(name))
 
-    def _of_positions(self, name: str) -> FloatArray:
-        return np.concatenate([getattr(load.position, name) for load in self.result.load.positions])
-
-    def _of_load(self, name: str) -> FloatArray:
-        return np.concatenate([getattr(load, name) for load in self.result.load.positions])
+    def _every(self, name: str) -> FloatArray:
+        """An array of the `PositionLoad` or of its `MeshPosition` at all points of the cycle."""
+        return np.concatenate(
+            [getattr(p if hasattr(p, name) else p.position, name) for p in self.result.load.positions]
+        )
 
     def of_loaded(self, values: FloatArray) -> FloatArray:
         """Values of the loaded points; nan at the others."""
@@ -116,13 +113,13 @@ class FlankMap:
 
     def _place(self, member: Member) -> tuple[FloatArray, FloatArray]:
         blank = self.flanks.blank(member)
-        u = self._of_positions(f"face_{member}") - 0.5 * blank.face_width
-        return u, self._of_positions(f"height_{member}") + blank.root(u)
+        u = self._every(f"face_{member}") - 0.5 * blank.face_width
+        return u, self._every(f"height_{member}") + blank.root(u)
 
     def loaded_edges(self, member: Member = "gear") -> tuple[FloatArray, FloatArray]:
         """Blank coordinates on a member [m] of the points where an edge carries load on the mating flank."""
         u, h = self._place(member)
-        at = self.edges[self._of_load("force")[self.edges] > 0.0]
+        at = self.edges[self._every("force")[self.edges] > 0.0]
         return u[at], h[at]
 
     @cached_property
@@ -142,7 +139,7 @@ class FlankMap:
         points = self.result.points
         power = self.of_loaded(self.result.friction.mu * points.state.load_per_length * points.speed_sliding)
         share = np.array([line.size for line in self.lines]) / self.area.shape[1]
-        lost = power * self._grid(self._of_positions("length")) * share[:, None]
+        lost = power * self._grid(self._every("length")) * share[:, None]
         known = self.area > 0.0
         density = np.full(lost.shape, np.nan)
         density[known] = lost[known] / (self.result.solution.positions * self.area[known])

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, cast
+from typing import cast
 
 import numpy as np
 
 from efficiency.conditions.duty import DutyCycle
 from efficiency.conditions.grid import Grid
+from efficiency.cylindrical_gears.design import CylindricalDesign
 from efficiency.design.design import Design, FlankSurfaceInput, MemberInput, PairDesign
 from efficiency.geometry.design_drawing import design_drawing
 from efficiency.geometry.pair_geometry import geometry_notes
@@ -18,8 +19,8 @@ from efficiency.loss.efficiency import measured_states
 from efficiency.loss.efficiency_result import EfficiencyResult, pair_notes
 from efficiency.output import plots_flank, plots_load, tables
 from efficiency.output.flank_map import FlankMap
-from efficiency.output.geometry_report import AXIAL_SECTION, misalignment_text, settings_tables
-from efficiency.output.machine_summary import Units
+from efficiency.output.geometry_report import AXIAL_SECTION, misalignment_text
+from efficiency.output.machine_summary import Units, settings_tables
 from efficiency.output.plots_geometry import blank_figure
 from ehl.common.data import reason_text
 from ehl.common.errors import InputError
@@ -43,9 +44,6 @@ from ehl.fluid.pressure_viscosity import alpha_of
 from ehl.surface.finish import default_correlation_length
 from ehl.uncertainty.result import plot_sources
 from regression.friction.published_registry import model_label
-
-if TYPE_CHECKING:
-    from efficiency.cylindrical_gears.design import CylindricalDesign
 
 SPIN = "Churning, windage and bearing losses are not included."
 
@@ -171,7 +169,7 @@ def page_sections(result: EfficiencyResult, grid: Grid | None, units: Units) -> 
         of_design = geometry_notes(design, "coast" if result.side == "coast" else "drive")
         placed, of_teeth = f"{misalignment_text(design).capitalize()}. ", _design_items(design, units)
     else:
-        of_teeth = [Table(("quantity", "pinion / gear"), cast("CylindricalDesign", design).rows())]
+        of_teeth = [Table(("quantity", "pinion / gear"), cast(CylindricalDesign, design).rows())]
     source = f"{placed}Source of the design: {design.source or 'not stated'}"
     head = Head(f"Gear efficiency: {design.name}", source, SPIN)
     on_tooth: list[Section] = []

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING
+
+from matplotlib.axes import Axes
 
 from efficiency.contact.gear_flanks import MEMBERS, SIDES
 from efficiency.design.design import Design
@@ -13,15 +14,12 @@ from efficiency.geometry.design_drawing import design_drawing
 from efficiency.geometry.pair_geometry import PairGeometry, SideGeometry
 from efficiency.loss.efficiency_result import pair_notes
 from efficiency.output import plots_geometry as plots
-from efficiency.output.machine_summary import FLANKS, Units, summary_rows
+from efficiency.output.machine_summary import Units, settings_tables
 from ehl.common.errors import InputError
 from ehl.common.notes import Note
 from ehl.common.quantities import quantity
 from ehl.common.sections import Head, Item, KeyFigures, MainResult, Medium, Notes, Picture, Row, Section, Text, picture
 from ehl.common.table import Column, Table
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 
 def flank_table(geometry: PairGeometry) -> Table:
@@ -77,19 +75,6 @@ def graded_notes(geometry: PairGeometry) -> list[Note]:
     said = [("", note) for note in geometry.notes]
     said += [(name, note) for name, side in geometry.sides.items() for note in side.notes]
     return pair_notes([*said, *((name, f"no result: {reason}") for name, reason in geometry.failures.items())])
-
-
-def settings_tables(design: Design, units: Units) -> list[Table]:
-    """Cutters and machine settings of each flank; rows that are zero everywhere are omitted."""
-    parts: dict[str, list[tuple[str, ...]]] = {}
-    for row in summary_rows(design, units):
-        part, _, inner = row.section.partition(".")
-        if part != "blank" and any(value not in (None, 0, 0.0) for value in row.values):
-            name = f"{inner}: {row.name}" if inner else row.name
-            parts.setdefault(part, []).append((name.replace("_", " "), row.unit, *row.texts))
-    omitted = "settings that are zero for all four flanks are omitted"
-    heads = ("setting", "unit", *FLANKS)
-    return [Table(heads, rows, f"{part.capitalize()} of each flank; {omitted}") for part, rows in parts.items()]
 
 
 def misalignment_text(design: Design) -> str:

@@ -84,6 +84,19 @@ def summary_rows(design: Design, units: Units = "metric") -> list[SummaryRow]:
     return rows
 
 
+def settings_tables(design: Design, units: Units = "metric") -> list[Table]:
+    """Cutters and machine settings of each flank; rows that are zero everywhere are omitted."""
+    parts: dict[str, list[tuple[str, ...]]] = {}
+    for row in summary_rows(design, units):
+        part, _, inner = row.section.partition(".")
+        if part != "blank" and any(value not in (None, 0, 0.0) for value in row.values):
+            name = f"{inner}: {row.name}" if inner else row.name
+            parts.setdefault(part, []).append((name.replace("_", " "), row.unit, *row.texts))
+    omitted = "settings that are zero for all four flanks are omitted"
+    heads = ("setting", "unit", *FLANKS)
+    return [Table(heads, rows, f"{part.capitalize()} of each flank; {omitted}") for part, rows in parts.items()]
+
+
 def write_summary(path: Path, design: Design, units: Units = "metric") -> None:
     """Write the summary as CSV: section, name, unit, then one column for each flank, numbers in full precision.
 

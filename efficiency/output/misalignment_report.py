@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from efficiency.conditions.conditions import level_quantity
 from efficiency.contact.flank_pair import ContactPattern, FlankPair, flank_pair
@@ -22,10 +24,6 @@ from ehl.common.figures import BLUE, GREY, ORANGE, figure_of, new_figure, panels
 from ehl.common.quantities import axis_label, quantity, to_display, typeset_units
 from ehl.common.sections import Folded, Head, Item, Medium, Picture, Row, Section, picture
 from ehl.common.table import Column, Table
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _PATTERNS = 7
 _DISTRIBUTED = ("peak_to_peak", *LOADED)

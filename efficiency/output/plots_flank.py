@@ -6,26 +6,23 @@ along the pitch cone, and height above the pitch cone.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
+from efficiency.contact.gear_flanks import Member
+from efficiency.cutting.blank import Blank
+from efficiency.output.flank_map import FlankMap
 from ehl.common.arrays import FloatArray
 from ehl.common.figures import GREY, ORANGE, figure_of, new_figure
 from ehl.common.quantities import axis_label, quantity, to_display
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from efficiency.contact.gear_flanks import Member
-    from efficiency.cutting.blank import Blank
-    from efficiency.output.flank_map import FlankMap
 
 _MM = 1e3
 _EDGE = "0.25"

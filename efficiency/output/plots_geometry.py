@@ -5,33 +5,28 @@ Coordinates as in `efficiency.output.plots_flank`.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from efficiency.contact.contact_lines import MeshPosition
+from efficiency.contact.flank_pair import ContactPattern, FlankPair
 from efficiency.contact.gear_flanks import MEMBERS, Member
 from efficiency.contact.tooth_grid import tooth_grid
 from efficiency.cutting.blank import Blank
+from efficiency.cutting.flank import Flank
+from efficiency.design.design import Design
+from efficiency.geometry.pair_geometry import SideGeometry
 from efficiency.output.plots_flank import COLOURS, flank_figure, line_pieces, outline
 from efficiency.output.solid import teeth_surface
 from ehl.common.arrays import FloatArray
 from ehl.common.figures import BLUE, GREY, ORANGE, axes_or_new, figure_of, new_figure
 from ehl.common.units import ARCSEC
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from efficiency.contact.contact_lines import MeshPosition
-    from efficiency.contact.flank_pair import ContactPattern, FlankPair
-    from efficiency.cutting.flank import Flank
-    from efficiency.design.design import Design
-    from efficiency.geometry.pair_geometry import SideGeometry
 
 _ROWS, _COLUMNS, _TEETH = 7, 13, 3  # points of a flank, teeth of each member in the view
 _TRACES = 6  # contact lines with their equivalent radius

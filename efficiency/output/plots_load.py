@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 from itertools import product
-from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
+from efficiency.conditions.duty import DutyCycle
+from efficiency.conditions.grid import Grid
+from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.power_loss import friction_along_mesh
 from ehl.common.data import reason_text
 from ehl.common.figures import BLUE, GREY, ORANGE, axes_or_new, figure_of, new_figure, panels
 from ehl.common.quantities import axis_label, quantities, quantity, to_display, typeset_units
 from ehl.common.sections import Picture, picture
 from regression.friction.published_registry import model_label
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-    from efficiency.conditions.duty import DutyCycle
-    from efficiency.conditions.grid import Grid
-    from efficiency.loss.efficiency_result import EfficiencyResult
 
 # least number of torques and of speeds for contours
 _CONTOURS = 3
@@ -33,8 +31,6 @@ def is_map(grid: Grid) -> bool:
 
 def plot_map(map_: Grid, ax: Axes | None = None) -> Axes:
     """Efficiency over speed, one line per torque, one panel per oil temperature; in `ax` only the first panel."""
-    from matplotlib import colormaps
-
     if not is_map(map_):
         return plot_lines(map_, ax)
     values = 100.0 * map_.values()
@@ -105,8 +101,6 @@ def map_figures(grid: Grid) -> list[Picture]:
 
 def contour_figure(grid: Grid, name: str) -> Figure:
     """Contours of one value over speed and torque, one panel per oil temperature."""
-    from matplotlib.ticker import MaxNLocator
-
     values = to_display(name, grid.values(name))
     all_axes = _panels(grid, 2.2, 3.4)
     figure = figure_of(all_axes[0])

@@ -10,10 +10,13 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, fields
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from efficiency.conditions.duty import DutyCycle
+from efficiency.conditions.grid import Grid
+from efficiency.loss.compare import Comparison
 from efficiency.loss.efficiency_result import EfficiencyResult, pair_notes
 from efficiency.loss.power_loss import friction_along_mesh
 from ehl.common.data import reason_text
@@ -24,11 +27,6 @@ from ehl.state import ContactState
 from ehl.uncertainty.result import InputUncertainty
 from regression.friction.models import FrictionFlag
 from regression.friction.published_registry import model_label
-
-if TYPE_CHECKING:
-    from efficiency.conditions.duty import DutyCycle
-    from efficiency.conditions.grid import Grid
-    from efficiency.loss.compare import Comparison
 
 
 def result_notes(

@@ -16,16 +16,18 @@ Residual stresses of a rolling line contact cannot balance tau_zx. Where it exce
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from efficiency.blanks import iso_10300 as iso
 from efficiency.blanks.rating import ROOT_ROUGHNESS
+from efficiency.contact.gear_flanks import MEMBERS
 from efficiency.contact.mesh_surface import EDGES
-from efficiency.ltca.limits import EDGE_LIMIT, EDGE_NOTE, EdgeLoad, edges_carry, flank_place
+from efficiency.ltca.limits import EDGE_LIMIT, EDGE_NOTE, EdgeLoad, edges_carry, flank_place, hardness
 from efficiency.ltca.load_distribution import LoadDistribution, TeethElasticity
 from efficiency.strength.result import Grade, Strength
 from efficiency.strength.root_stress import WOUND, RootTooth, root_stress
@@ -126,79 +128,128 @@ def rate_strength(
     `roots`: roots of pinion and gear, or the reason why one is missing. `local` belongs to the loaded points of `load`;
     `pitch` is that of the pinion [rad].
     """
-    loaded = load.loaded
-    count = loaded["force"].size
+    count = load.loaded["force"].size
     for name in ("friction", "film", "temperature"):
         if getattr(local, name).shape != (count,):
             raise InputError(name, getattr(local, name).shape, f"a value for each of the {count} loaded points")
-    grades: list[Grade] = []
-    notes = list(ASSUMED)
+    sheet = _Sheet()
     if any(not isinstance(root, str) and root.winding > WOUND for root in roots):
-        notes[-1] = "root stress of teeth that wind around the pinion not checked, up to 15 % low; friction neglected"
-    inside = loaded["at_edge"] < 0.5
-    pressure = np.where(inside, loaded["pressure_hertz"], 0.0)
+        sheet.notes[-1] = (
+            "root stress of teeth that wind around the pinion not checked, up to 15 % low; friction neglected"
+        )
+    parts = _contact_safety(load, teeth, edges, local, sheet)
+    parts |= _root_safety(load, teeth, roots, local.module, pitch, sheet)
+    parts |= _film_safety(load, local, sheet)
+    grades = sorted(sheet.grades, key=lambda grade: grade.level != "warning")
+    return Strength(
+        status=grades[0].level if grades else "ok",
+        grades=tuple(grades),
+        factors=sheet.factors,
+        notes=tuple(sheet.notes),
+        **parts,
+    )
+
+
+@dataclass(frozen=True)
+class _Sheet:
+    """Grades, factors of the permissible stresses, and notes, to which each step of the rating adds its own."""
+
+    grades: list[Grade] = field(default_factory=list)
+    factors: dict[str, float] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=lambda: list(ASSUMED))
+
+
+def _contact_safety(
+    load: LoadDistribution, teeth: TeethElasticity, edges: EdgeLoad, local: LocalConditions, sheet: _Sheet
+) -> dict[str, Any]:
+    """Pressures with their limits, and S_H (ISO 10300-2)."""
+    loaded = load.loaded
+    pressure = np.where(loaded["at_edge"] < 0.5, loaded["pressure_hertz"], 0.0)
     worst = int(np.argmax(pressure))
-    flank = float(pressure[worst])
-    materials = {"pinion": teeth.material_pinion, "gear": teeth.material_gear}
-    soft = min(m.hardness for m in materials.values()) / HARDNESS_RATIO
-    known = np.isfinite(local.friction)
-    mu = float(np.max(np.abs(local.friction), where=known, initial=0.0))
+    flank, soft = float(pressure[worst]), hardness(teeth) / HARDNESS_RATIO
+    mu = float(np.max(np.abs(local.friction), where=np.isfinite(local.friction), initial=0.0))
     first, shakes = YIELD_RATIO * soft, float(shakedown_pressure(soft, mu))
+    materials = {"pinion": teeth.material_pinion, "gear": teeth.material_gear}
     limits = [m.contact_endurance for m in materials.values() if m.contact_endurance is not None]
     endurance = min(limits) if len(limits) == len(materials) else math.nan
     where = flank_place(load, teeth, int(load.loaded_position[worst]), int(load.loaded_index[worst]))
-    grades += _flank_grades(flank, endurance, first, shakes, where)
-    if not math.isfinite(endurance):
+    sheet.grades.extend(_flank_grades(flank, endurance, first, shakes, where))
+    if math.isfinite(endurance):
+        rz = iso.RZ_OF_RQ * 0.5 * sum(local.roughness)
+        sheet.factors.update(
+            Z_L=iso.lubricant_factor(endurance, local.viscosity_40),
+            Z_v=iso.speed_factor(endurance, local.speed),
+            Z_R=iso.roughness_factor(endurance, rz, float(loaded["radius_equivalent"][worst])),
+            Z_Hyp=local.hypoid,
+        )
+    else:
         unknown = ", ".join(f"{name} ({m.name})" for name, m in materials.items() if m.contact_endurance is None)
         text = f"contact_endurance is missing in the material of {unknown}: not graded"
-        grades.append(Grade("contact endurance", "note", text))
-    grades += _edge_grades(edges, first, shakes)
-    rz = iso.RZ_OF_RQ * 0.5 * sum(local.roughness)
-    factors: dict[str, float] = {}
-    if math.isfinite(endurance):
-        factors = {
-            "Z_L": iso.lubricant_factor(endurance, local.viscosity_40),
-            "Z_v": iso.speed_factor(endurance, local.speed),
-            "Z_R": iso.roughness_factor(endurance, rz, float(loaded["radius_equivalent"][worst])),
-            "Z_Hyp": local.hypoid,
-        }
-    safety = endurance * math.prod(factors.values()) / flank if flank > 0.0 else math.nan
+        sheet.grades.append(Grade("contact endurance", "note", text))
+    sheet.grades.extend(_edge_grades(edges, first, shakes))
+    safety = endurance * math.prod(sheet.factors.values()) / flank if flank > 0.0 else math.nan
     if safety < 1.0 and flank <= endurance:
         text = f"pitting safety {safety:.3f} below 1 with the factors of film and roughness ({where}): finer finish, "
-        grades.append(Grade("pitting", "warning", text + "higher oil viscosity"))
-    results, safeties = [], []
-    for (member, material), root in zip(materials.items(), roots, strict=True):
+        sheet.grades.append(Grade("pitting", "warning", text + "higher oil viscosity"))
+    return {
+        "pressure_flank": flank,
+        "contact_endurance": endurance,
+        "pressure_yield": first,
+        "pressure_shakedown": shakes,
+        "pressure_edge": edges.pressure,
+        "edge_load_share": edges.share,
+        "safety_contact": safety,
+    }
+
+
+def _root_safety(
+    load: LoadDistribution,
+    teeth: TeethElasticity,
+    roots: tuple[RootTooth | str, RootTooth | str],
+    module: float,
+    pitch: float,
+    sheet: _Sheet,
+) -> dict[str, Any]:
+    """Root stress over the mesh and S_F of both members (ISO 10300-3)."""
+    parts: dict[str, Any] = {}
+    for member, material, root in zip(MEMBERS, (teeth.material_pinion, teeth.material_gear), roots, strict=True):
         stress = None if isinstance(root, str) else root_stress(root, load.positions, pitch)
-        results.append(stress)
-        safeties.append(math.nan)
+        tension, compression = (math.nan, math.nan) if stress is None else (stress.tension, stress.compression)
+        parts |= {member: stress, f"safety_root_{member}": math.nan}
+        parts |= {f"root_stress_{member}": tension, f"root_compression_{member}": compression}
+        kind, of = f"root of the {member}", f"root stress of the {member}"
         if stress is None:
-            text = f"root stress of the {member} not computed: {root}"
-            grades.append(Grade(f"root of the {member}", "note", text))
+            sheet.grades.append(Grade(kind, "note", f"{of} not computed: {root}"))
             continue
         if stress.fillet.startswith("assumed"):
-            notes.append(f"root fillet of the {member} {stress.fillet}")
+            sheet.notes.append(f"root fillet of the {member} {stress.fillet}")
         if material.bending_endurance is None:
             text = f"bending_endurance is missing in the material of the {member} ({material.name}): not graded"
-            grades.append(Grade(f"root of the {member}", "note", text))
+            sheet.grades.append(Grade(kind, "note", text))
             continue
         own = {"Y_delta_relT": iso.notch_factor(stress.notch), "Y_R_relT": iso.surface_factor(ROOT_ROUGHNESS)}
-        own["Y_X"] = iso.size_factor(local.module)
-        factors |= {f"{name}_{member}": value for name, value in own.items()}
+        own["Y_X"] = iso.size_factor(module)
+        sheet.factors.update({f"{name}_{member}": value for name, value in own.items()})
         allowed = material.bending_endurance * iso.STRESS_CORRECTION * math.prod(own.values())
-        safeties[-1] = allowed / stress.tension
+        parts[f"safety_root_{member}"] = allowed / stress.tension
         if stress.tension > allowed:
             found = f"{stress.tension / 1e6:.0f} MPa above the permissible {allowed / 1e6:.0f} MPa"
-            text = f"root stress of the {member} {found}, {stress.face * 1e3:.1f} mm from the toe: "
+            text = f"{of} {found}, {stress.face * 1e3:.1f} mm from the toe: "
             text += "larger edge radius of the cutter, thicker or larger teeth, less torque"
-            grades.append(Grade(f"root of the {member}", "warning", text))
+            sheet.grades.append(Grade(kind, "warning", text))
+    return parts
+
+
+def _film_safety(load: LoadDistribution, local: LocalConditions, sheet: _Sheet) -> dict[str, Any]:
+    """Integral temperature and specific film, with their safeties against scuffing and micropitting."""
     bulk = max(local.bulk)
     weight = np.concatenate([p.position.length[p.force > 0.0] for p in load.positions])
     hot = np.isfinite(local.temperature)
     mean = float(np.average(local.temperature[hot] - bulk, weights=weight[hot])) if hot.any() else math.nan
-    rough = RA_OF_RQ * 0.5 * sum(local.roughness)
-    film = local.film / rough if rough > 0.0 else np.full(count, np.inf)
-    usable = film[np.isfinite(film)]
     integral = bulk + INTEGRAL * max(mean, 0.0)
+    rough = RA_OF_RQ * 0.5 * sum(local.roughness)
+    film = local.film / rough if rough > 0.0 else np.full(local.film.shape, np.inf)
+    usable = film[np.isfinite(film)]
     least = float(usable.min()) if usable.size else math.nan
     # in degC (ISO/TS 6336-21), without meaning at 0 degC and below
     scuffing = (local.scuffing_temperature - KELVIN) / (integral - KELVIN) if integral > KELVIN else math.nan
@@ -208,39 +259,17 @@ def rate_strength(
         ("micropitting", micropitting, local.film_permissible, NO_FILM, "finer finish, thicker or cooler oil"),
     ):
         if not math.isfinite(limit):
-            notes.append(unknown)
+            sheet.notes.append(unknown)
         elif number < 1.0:
-            grades.append(Grade(kind, "warning", f"safety against {kind} {number:.3g} below 1: {remedy}"))
-    grades.sort(key=lambda grade: grade.level != "warning")
-    tension = [math.nan if r is None else r.tension for r in results]
-    compression = [math.nan if r is None else r.compression for r in results]
-    return Strength(
-        status=grades[0].level if grades else "ok",
-        grades=tuple(grades),
-        pressure_flank=flank,
-        contact_endurance=endurance,
-        pressure_yield=first,
-        pressure_shakedown=shakes,
-        pressure_edge=edges.pressure,
-        edge_load_share=edges.share,
-        safety_contact=safety,
-        root_stress_pinion=tension[0],
-        root_stress_gear=tension[1],
-        root_compression_pinion=compression[0],
-        root_compression_gear=compression[1],
-        safety_root_pinion=safeties[0],
-        safety_root_gear=safeties[1],
-        temperature_flash=float(local.temperature[hot].max()) if hot.any() else math.nan,
-        temperature_integral=integral if math.isfinite(mean) else math.nan,
-        safety_scuffing=scuffing,
-        film_specific=least,
-        safety_micropitting=micropitting,
-        factors=factors,
-        notes=tuple(notes),
-        pinion=results[0],
-        gear=results[1],
-        points_film_specific=film,
-    )
+            sheet.grades.append(Grade(kind, "warning", f"safety against {kind} {number:.3g} below 1: {remedy}"))
+    return {
+        "temperature_flash": float(local.temperature[hot].max()) if hot.any() else math.nan,
+        "temperature_integral": integral if math.isfinite(mean) else math.nan,
+        "safety_scuffing": scuffing,
+        "film_specific": least,
+        "safety_micropitting": micropitting,
+        "points_film_specific": film,
+    }
 
 
 def _flank_grades(flank: float, endurance: float, first: float, shakes: float, where: str) -> list[Grade]:

@@ -91,8 +91,7 @@ class Strength(TableResult):
     def to_dict(self) -> dict[str, Any]:
         """Scalar values, grades, factors and root stress over the mesh, for JSON; nan becomes None."""
         inner = {name: getattr(self, name) for name in ("grades", "factors", "notes", "pinion", "gear")}
-        plain: dict[str, Any] = finite_or_none(self.scalars() | inner)
-        return plain
+        return dict(finite_or_none(self.scalars() | inner))
 
     def to_frame(self) -> pandas.DataFrame:
         """One row of the scalar values by name, SI units."""

@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from efficiency.conditions.conditions import level_quantity
 from efficiency.design.design import MISALIGNMENTS
@@ -23,10 +25,6 @@ from ehl.common.quantities import quantities, to_display, typeset_units
 from ehl.common.sections import Head, Item, KeyFigures, MainResult, Medium, Notes, Picture, Section, Text, picture
 from ehl.common.table import Column, Table
 from regression.friction.published_registry import model_label
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _MARKERS = "os^vD<>P"
 # combinations shown: (parameter along the axis, parameter of the lines)

@@ -133,8 +133,7 @@ OPTIONS: dict[str, tuple[tuple[Any, ...], dict[str, str], str]] = {
         --temperature=900 degC; --oil=75w-91; --side=drives; --driver=pinon; --load-balance=friction;
         --friction=constant:2; --friction=75w91; --units=si; --E=0.1; --report=x.txt; --torque=0 N m;
         --torque=10, 20 N m; --speed=0 rpm; --side=both; --rating --side=coast; --rating --E=0.1 mm;
-        --rating --tolerance=2; --spectrum=duty.csv; --uncertainty --load-from=load.csv; --accuracy-grade=6;
-        --tolerance=1"""),
+        --spectrum=duty.csv; --uncertainty --load-from=load.csv"""),
     "geometry": (("geometry", PAIR), {}, """
         --E=0.1; --shaft-angle-error=1 mm; --side=left; --marking=0 um; --torque=100 N m; --units=cubits"""),
     "map": (("map", PAIR), {}, "--torque=1:2 N m; --speed=1,5 rpm"),

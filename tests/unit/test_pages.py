@@ -110,7 +110,6 @@ SHORTER = {
     "mixed-ehl optimise my_pair.toml": ["--evaluations", "5"],
     "mixed-ehl sweep data/plans/demo.toml": ["--with", "xu_kahraman_2007", "--jobs", "1"],
     "mixed-ehl fit run -o formula.json --report fit.html": ["--family", "power_law"],
-    "mixed-ehl gear fh_hypoid_9x34_relieved --tolerance": ["--tolerance", "2", "--friction", "constant:0.05"],
     "mixed-ehl misalignment fh_hypoid_9x34_relieved --samples": ["--samples", "2", "--friction", "constant:0.05"],
 }
 

@@ -28,7 +28,8 @@ TABLE = {
 
 def blank(name: str) -> PitchGeometry:
     *angles, dm1, dm2, module, ratio = BLANKS[name]
-    return PitchGeometry(*map(math.radians, angles), dm1 / 2e3, dm2 / 2e3, module / 1e3, ratio)
+    pressure, one, two, *cones = map(math.radians, angles)
+    return PitchGeometry(pressure, (one, two), (cones[0], cones[1]), (dm1 / 2e3, dm2 / 2e3), module / 1e3, ratio)
 
 
 @pytest.mark.parametrize("name", BLANKS)
@@ -51,13 +52,13 @@ def test_mean_sliding_is_the_average_over_the_line_of_action() -> None:
 
 def test_vanishing_offset_is_continuous() -> None:
     pair = blank("F2_14x39")
-    nearly = replace(pair, spiral_angle_pinion=pair.spiral_angle_pinion + 1e-9)
+    nearly = replace(pair, spiral_angle=(pair.spiral_angle[0] + 1e-9, pair.spiral_angle[1]))
     assert coleman_type(nearly) == pytest.approx(coleman_type(pair), abs=1e-9)
     assert buckingham_type(nearly) == pytest.approx(buckingham_type(pair), abs=1e-9)
 
 
 @pytest.mark.parametrize(
-    ("field", "value"), [("radius_pinion", -0.01), ("contact_ratio_profile", 0.0), ("pressure_angle", 2.0)]
+    ("field", "value"), [("radius", (-0.01, 0.1)), ("contact_ratio_profile", 0.0), ("pressure_angle", 2.0)]
 )
 def test_impossible_geometry_is_refused(field: str, value: float) -> None:
     with refuses(field):

@@ -143,8 +143,8 @@ def test_blade_angle_error_is_a_profile_slope() -> None:
 
 @pytest.mark.usefixtures("commands_alone")
 def test_tolerance_of_a_pair_on_the_command_line(mixed_ehl: Any) -> None:
-    options = ("--tolerance", "2", "--accuracy-grade", "6", "--friction", "constant:0.05", "--json")
-    [study] = json.loads(mixed_ehl("gear", BEVEL.name, *options).out)["studies"]
+    options = ("--samples=2", "--accuracy-grade=6", "--torque=300 N m", "--friction=constant:0.05")
+    [study] = json.loads(mixed_ehl("misalignment", BEVEL.name, *options, "--json").out)["studies"]
     assert 0.9 < study["distribution"]["efficiency"][0] < 1.0
 
 

@@ -138,7 +138,7 @@ def test_teeth_are_warm_by_default_and_as_the_oil_on_request(friction: str) -> N
     warm, cold = (loaded.efficiency(friction, bulk=bulk) for bulk in (None, "oil"))
     assert cold.conditions.temperature_bulk_pinion == cold.conditions.temperature
     rise = warm.conditions.temperature_bulk_pinion - warm.conditions.temperature
-    size = loaded.mesh.pitch.radius_pinion + loaded.mesh.pitch.radius_gear, DESIGN.common_face_width
+    size = sum(loaded.mesh.pitch.radius), DESIGN.common_face_width
     # of the loss without friction in the torque balance, on the coarse grid, of a formula where contacts are solved
     within = 0.3 if friction == "ehl:smooth" else 0.06
     assert rise == pytest.approx(lubrication.iso_15144_bulk_rise(warm.power_loss, *size), rel=within)

@@ -44,14 +44,14 @@ def test_forces_are_those_of_statics_at_the_mean_point(name: str, side: str) -> 
     """Axial and radial force of a spiral bevel pair by the closed form of textbooks, without friction."""
     mesh = loaded(name, side)
     pitch, forces = mesh.mesh.pitch, mesh.forces()
-    normal, spiral = pitch.pressure_angle, pitch.spiral_angle_pinion
+    normal, spiral = pitch.pressure_angle, pitch.spiral_angle[0]
     way = 1.0 if side == "drive" else -1.0
     ahead = math.tan(normal) / math.cos(spiral), way * math.tan(abs(spiral))
     # the mean point of the force is above the pitch cone of the pinion and out of the plane of the axes, which turns
     # radial and tangential force of the pinion
     for shaft, angle, radius, sign, near in (
-        (forces.pinion, pitch.pitch_angle_pinion, pitch.radius_pinion, 1.0, 0.05),
-        (forces.gear, pitch.pitch_angle_gear, pitch.radius_gear, -1.0, 0.03),
+        (forces.pinion, pitch.pitch_angle[0], pitch.radius[0], 1.0, 0.05),
+        (forces.gear, pitch.pitch_angle[1], pitch.radius[1], -1.0, 0.03),
     ):
         tangential = shaft.torque.mean() / radius
         axial = tangential * (ahead[0] * math.sin(angle) + sign * ahead[1] * math.cos(angle))

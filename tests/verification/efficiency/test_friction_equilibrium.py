@@ -222,8 +222,8 @@ def test_interval_of_the_formula_contains_solved_contacts(kind: str) -> None:
     assert solved.efficiency_lower < formula.efficiency < solved.efficiency_upper
 
 
-ANGLES = [math.radians(angle) for angle in (20.0, 48.0, 22.0, 25.0, 63.0)]
-WITHOUT_HEIGHT = PitchGeometry(*ANGLES, 0.03, 0.085, module_normal=1e-8, contact_ratio_profile=1.2)
+SPIRALS, CONES = (math.radians(48.0), math.radians(22.0)), (math.radians(25.0), math.radians(63.0))
+WITHOUT_HEIGHT = PitchGeometry(math.radians(20.0), SPIRALS, CONES, (0.03, 0.085), 1e-8, contact_ratio_profile=1.2)
 
 
 @pytest.mark.parametrize("mu", [0.02, 0.08])

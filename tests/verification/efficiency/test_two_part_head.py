@@ -294,8 +294,8 @@ def test_a_pinion_with_one_tooth_runs(design: Design) -> None:
     # the lengthwise sliding of the pitch point, and profile sliding on top of it
     made = efficiency.blank(validate(PairBlankInput, BLANK))
     pinion, gear = made.pinion, made.gear
-    angles = pinion.mean_spiral_angle, gear.mean_spiral_angle, pinion.pitch_angle, gear.pitch_angle
-    sizes = 0.5 * pinion.mean_diameter, 0.5 * gear.mean_diameter, made.module_normal
+    angles = (pinion.mean_spiral_angle, gear.mean_spiral_angle), (pinion.pitch_angle, gear.pitch_angle)
+    sizes = (0.5 * pinion.mean_diameter, 0.5 * gear.mean_diameter), made.module_normal
     pitch = PitchGeometry(made.pressure_angle_drive, *angles, *sizes, made.virtual_drive.contact_ratio_profile)
     assert result.efficiency < lengthwise_sliding(pitch, 0.05)
     assert result.efficiency == pytest.approx(buckingham_type(pitch, 0.05), abs=0.03)
