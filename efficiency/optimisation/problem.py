@@ -16,7 +16,7 @@ from efficiency.conditions.duty import DutyRow
 from efficiency.design.design import Misalignment
 from efficiency.machine_settings.inputs import FlankTarget, MemberTargets, SettingsInput, Targets
 from ehl.common.arrays import FloatArray
-from ehl.common.errors import InputError
+from ehl.common.errors import InputError, check_choice
 from ehl.common.quantities import Quantity, quantities
 from ehl.common.units import ValueRange
 from ehl.common.validation import value_range_of
@@ -164,7 +164,7 @@ def variables_of(
     taken: dict[str, str] = {}
     for name, bounds in names.items():
         if name not in VARIABLES:
-            raise InputError("variable", name, "one of " + ", ".join((*VARIABLES, *GROUPS)))
+            check_choice("variable", name, (*VARIABLES, *GROUPS))
         _take("variable", name, taken)
         if name in _BLANK:
             _blank_value(start, name)
