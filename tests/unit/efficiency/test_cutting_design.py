@@ -335,6 +335,7 @@ def test_cradle_angle_takes_its_sign_from_the_hand_and_test_rolls_give_the_ratio
         ("teeth, 41", "line 1"),
         ("member, gear\nradial, 4.1", "line 2 (radial)"),
         ("member, gear\nradial, 4.1 deg", "line 2 (radial)"),
+        ("member, gear\nradial (S), 4.1", "line 2 (radial), in brackets"),
         ("member, gear\nnc/75, 0.5", "gear: nc/75"),
         ("member, pinion\nteeth, inf", "line 2 (teeth)"),
         (SHEET + "radial setting, 4.18\n", f"line {SHEET.count(chr(10)) + 1} (radial setting)"),
