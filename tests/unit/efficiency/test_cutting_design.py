@@ -335,7 +335,6 @@ def test_cradle_angle_takes_its_sign_from_the_hand_and_test_rolls_give_the_ratio
         ("teeth, 41", "line 1"),
         ("member, gear\nradial, 4.1", "line 2 (radial)"),
         ("member, gear\nradial, 4.1 deg", "line 2 (radial)"),
-        ("member, gear\nradial (S), 4.1", "line 2 (radial), in brackets"),
         ("member, gear\nnc/75, 0.5", "gear: nc/75"),
         ("member, pinion\nteeth, inf", "line 2 (teeth)"),
         (SHEET + "radial setting, 4.18\n", f"line {SHEET.count(chr(10)) + 1} (radial setting)"),
@@ -401,4 +400,4 @@ def test_a_sheet_as_papers_print_it(mixed_ehl: Any, tmp_path: Path) -> None:
 def test_all_lines_that_cannot_be_used_are_reported_together() -> None:
     with pytest.raises(InputError) as caught:
         parse_summary("member, gear\nteeth, 41.5\nradial [deg], 90\nhand, middle")
-    assert [problem.field for problem in caught.value.problems] == ["line 2 (teeth)", "line 3", "line 4 (hand)"]
+    assert [problem.field for problem in caught.value.problems] == ["line 2 (teeth)", "line 3 (radial), in brackets", "line 4 (hand)"]
