@@ -207,8 +207,8 @@ def _unit_of_label(brackets: str, unit: str, where: str) -> str:
         return ""
     own, si = _UNITS.get(brackets, brackets.removesuffix("/rad")), {"mm": "m", "deg": "rad"}[unit]
     if own not in spellings(si):
-        allowed = "a unit of length such as mm or in" if si == "m" else "a unit of angle such as deg"
-        raise InputError(f"{where}, in brackets", brackets, allowed, "Write other remarks after '#'.")
+        allowed = "in brackets a unit of " + ("length such as mm or in" if si == "m" else "angle such as deg")
+        raise InputError(where, brackets, allowed, "Write other remarks after '#'.")
     return own
 
 

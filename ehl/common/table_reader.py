@@ -211,10 +211,9 @@ def _block(
                 else:
                     values[name] = _number(cell, units[taken[name]], quantity, where, bare, decimals)
             except InputError as error:
-                where, hint = f"{path.name}, column {head.names[taken[name]]}", "Write the unit into its header."
-                no_unit = not bare and quantity is not None and quantity.unit and not units[taken[name]]
-                if no_unit and _looks_numeric(cell):  # reported once
-                    wrong.setdefault(name, InputError(where, cell, error.allowed, hint))
+                if quantity and quantity.unit and not bare and not units[taken[name]] and _looks_numeric(cell):
+                    column, hint = f"{path.name}, column {head.names[taken[name]]}", "Write the unit into its header."
+                    wrong.setdefault(name, InputError(column, cell, error.allowed, hint))
                 else:
                     wrong[number, name] = error
         else:

@@ -403,8 +403,7 @@ class ValueRange:
     def check_list(self, text: str, field: str) -> list[float]:
         """Values of a list ``"a, b, c unit"`` or a range ``"from:to:number unit"``.
 
-        Entries are separated by a comma and a space, or by a semicolon; the last unit applies to entries without one,
-        unless units differ.
+        Entries are separated by a comma and a space, or by a semicolon; a single unit, at the end, applies to all.
         A range has `number` equally spaced values, both ends among them: ``"50:200:4 N m"`` is 50, 100, 150, 200 N m.
 
         Raises `InputError`: neither of them, or a value out of range.

@@ -1,7 +1,6 @@
 """Duty cycles read and computed, plans from them, efficiency over any axes, maps from few solved points."""
 
 import json
-import logging
 import math
 from dataclasses import replace
 from functools import partial, partialmethod
@@ -265,10 +264,8 @@ def duty(tmp_path: Path) -> Path:
     return path
 
 
-def test_duty_cycles_are_read(duty: Path, caplog: pytest.LogCaptureFixture) -> None:
-    with caplog.at_level(logging.INFO, "mixed_ehl"):
-        rows = read_duty(duty)
-    assert caplog.messages[-1].endswith(": 1 (5 h)")  # the idle row is omitted
+def test_duty_cycles_are_read(duty: Path) -> None:
+    rows = read_duty(duty)
     assert [(row.side, row.driver, row.hours) for row in rows] == [("drive", "pinion", 100.0), ("coast", "gear", 20.0)]
     assert (rows[0].speed, rows[0].temperature) == pytest.approx((40.0 * np.pi, 363.15))
 
@@ -279,11 +276,6 @@ def test_all_bad_rows_are_named(duty: Path) -> None:
         read_duty(duty)
     assert [problem.field.rpartition(" ")[2] for problem in caught.value.problems] == ["torque", "temperature", "hours"]
     assert not caught.value.problems[1].hint  # the unit is correct
-    duty.write_text(DUTY.replace(" [N m]", "").replace(" [rpm]", ""))
-    with refuses("duty.csv, column torque") as caught:  # once for all rows
-        read_duty(duty)
-    assert len(caught.value.problems) == 2
-
 
 def test_a_recording_of_a_vehicle(mixed_ehl: Any, tmp_path: Path) -> None:
     path = tmp_path / "cycle.csv"
@@ -301,7 +293,7 @@ def test_a_recording_of_a_vehicle(mixed_ehl: Any, tmp_path: Path) -> None:
     with refuses("tyre_radius"):
         read_duty(path, ratio=2.0, temperature=353.0)
     outcome = mixed_ehl("duty", DESIGN.name, path, "--tyre-radius", "0.32 m", "--json")
-    assert outcome.code == 0, outcome.err
+    assert (outcome.code, ": 1 (0.0005556 h)" in outcome.err) == (0, True), outcome.err  # the last row has no torque
     assert json.loads(outcome.out)["total"]["hours"] == pytest.approx(4.0 / 3600.0)
     path.write_text("time [s],speed [km/h],torque [Nm],temperature [C]\n1,36,100,80\n1,36,100,80\n")
     with refuses("cycle.csv, row 3, time"):
@@ -317,10 +309,9 @@ def test_reverse_is_a_negative_speed() -> None:
 @pytest.mark.parametrize(
     ("old", "new", "word"),
     [
-        ("torque [N m]", "torque", "column torque"),
+        ("torque [N m]", "torque", "^duty.csv, column torque"),
         (",hours [h]", ",# hours", "column hours"),
         ("1200", "-120000", "row 2, speed"),
-        ("100,third", "-1,third", "row 2, hours"),
         (DUTY[DUTY.index("300") :], "0,500,40,5,idle\n", "1 rows"),
     ],
 )
