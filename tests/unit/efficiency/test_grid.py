@@ -277,6 +277,7 @@ def test_all_bad_rows_are_named(duty: Path) -> None:
     assert [problem.field.rpartition(" ")[2] for problem in caught.value.problems] == ["torque", "temperature", "hours"]
     assert not caught.value.problems[1].hint  # the unit is correct
 
+
 def test_a_recording_of_a_vehicle(mixed_ehl: Any, tmp_path: Path) -> None:
     path = tmp_path / "cycle.csv"
     lines = ["Logger V3;2026-01-01", "Zeit [s];Geschwindigkeit [km/h];Radmoment [Nm];Gang"]
