@@ -400,7 +400,8 @@ class LoadedMesh:
         at = self._conditions(conditions)
         names = [frictions] if isinstance(frictions, (str, FrictionModel)) else list(frictions or ())
         defaults = (*shipped_formulas(at.oil.name), *DEFAULT_MODELS)
-        models = [resolve_friction(friction, self.design) for friction in names or defaults]
+        resolved = (resolve_friction(friction, self.design) for friction in names or defaults)
+        models = list({model.name: model for model in resolved}.values())  # each once
         # the same bulk temperature for all models
         operation = at.operation
         if at.bulk != "oil":

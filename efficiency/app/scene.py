@@ -35,7 +35,7 @@ from ehl.common.errors import InputError, MixedEhlError, check_choice
 from ehl.common.files import toml_text
 from ehl.common.notes import Note
 from ehl.common.progress import ProgressCallback
-from ehl.common.quantities import to_display
+from ehl.common.quantities import to_display, typeset_unit, typeset_units
 from ehl.common.units import UNITS
 from ehl.common.validation import read_toml
 from ehl.contact import Contact
@@ -460,10 +460,11 @@ def _sentence(scene: Scene, name: str, error: InputError) -> str:
     allowed = error.allowed.partition(" (a number")[0]
     hint = "" if unit == "degC" else error.hint  # of unit-less numbers in files
     if unit and allowed.startswith("a number"):
-        allowed, hint = f"a number in {unit}", ""
+        allowed, hint = f"a number in {typeset_unit(unit)}", ""
     typed = str(getattr(scene, name))
     shown = typed if len(typed) <= _LONGEST else typed[:_LONGEST] + "…"
-    return f"{label}{f' [{unit}]' if unit else ''} = {shown!r} cannot be used; allowed: {allowed}. {hint}".strip()
+    of_unit = f" [{typeset_unit(unit)}]" if unit else ""
+    return f"{label}{of_unit} = {shown!r} cannot be used; allowed: {typeset_units(allowed)}. {hint}".strip()
 
 
 def _text(name: str, value: float, digits: int = 6) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import Annotated, Any, Literal, cast
 
@@ -395,4 +396,5 @@ def plan(
     text = ranges.plan_text(output.stem, oils, size=size, description=words)
     console.write_text(output, text)
     ranges.show()
-    print(f"{output}: {regression.Plan.from_file(output).count} cases\nnext: mixed-ehl sweep {output} --estimate")
+    count, name = regression.Plan.from_file(output).count, shlex.quote(str(output))
+    print(f"{output}: {count} cases\nnext: mixed-ehl sweep {name} --estimate")

@@ -1,5 +1,6 @@
 """Command `new`: input files from options or from answers at the terminal."""
 
+import shlex
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -86,7 +87,7 @@ def new_finish(
     found.write(plot=plot)
     found.show()
     write_text(path, ehl.Finish.from_profile(found, "new" if new else "run_in").to_toml())
-    print(f"written: {path}\nnext: {_FINISH[2].format(file=path)}")
+    print(f"written: {path}\nnext: {_FINISH[2].format(file=shlex.quote(str(path)))}")
 
 
 def _target(output: Path | None, kind: str, suffix: str, force: bool) -> Path:
@@ -107,7 +108,7 @@ def _command(kind: str) -> Callable[..., None]:
         if not answers and sys.stdin.isatty():
             answers = _ask(questions)
         write_text(path, efficiency.new_file(kind, path.stem, **answers))
-        print(f"written: {path}\nnext: {_KINDS[kind][1].format(file=path)}")
+        print(f"written: {path}\nnext: {_KINDS[kind][1].format(file=shlex.quote(str(path)))}")
 
     options = {
         name: Annotated[str | None, typer.Option(help=text, show_default=default or False)]

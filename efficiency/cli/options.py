@@ -199,12 +199,17 @@ MapFileOption = Annotated[
 ]
 
 
-def check_map_files(files: Sequence[Path] | None) -> None:
-    """Raise an `InputError` for map files that cannot be written."""
+def check_map_files(files: Sequence[Path] | None, torque: str | None) -> None:
+    """Raise an `InputError` for map files that cannot be written, for a list of torques."""
     for path in files or ():
         if path.suffix.lower() not in MAP_FILES:
             raise InputError("model", str(path), f"a file name ending in {', '.join(MAP_FILES)}")
         console.check_outputs({"model": path})
+        if torque and path.suffix.lower() == ".vtlm":
+            from efficiency.conditions.duty import SIGNED
+            from efficiency.vehicle.map_files import check_both_signs
+
+            check_both_signs(SIGNED["torque"].check_list(torque, "torque"))
 
 
 def write_map(found: Any, files: Sequence[Path] | None) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
@@ -24,6 +25,7 @@ from ehl.uncertainty.result import LEVEL, Change, InputUncertainty, combined
 if TYPE_CHECKING:
     import pandas
 
+_LOG = logging.getLogger("mixed_ehl")
 HOUR = 3600.0
 _OIL = OPERATION_LIMITS["temperature"]
 _MAX_TORQUE, _MAX_SPEED = (float(OPERATION_LIMITS[name].le or 1e6) for name in ("torque", "speed"))
@@ -97,18 +99,18 @@ def read_duty(
     turns, radius, held = (
         None if value is None else limits.check(value, name) for name, (value, limits) in given.items()
     )
-    columns = {
-        name: np.array(values, dtype=float)
-        for name, values in read_table(path, COLUMNS | _RECORDED, bare=False, missing=True)[0].items()
-    }
+    table, numbers = read_table(path, COLUMNS | _RECORDED, bare=False, missing=True)
+    columns = {name: np.array(values, dtype=float) for name, values in table.items()}
     size = len(next(iter(columns.values())))
     if "time" in columns and "hours" not in columns:
         # the time to the next row; the last one has the median
         steps = np.diff(columns["time"])
         if not len(steps) or not np.all(steps > 0.0):
             hint = "Durations are given in the column hours, such as 'hours [s]'."
-            where, first = f"{path.name}, column time", float(columns["time"][0])
-            raise InputError(where, first, "increasing times of a recording", hint)
+            at = int(np.argmin(steps > 0.0)) + 1 if len(steps) else 0
+            where, last = f"{path.name}, row {numbers[at]}, time", columns["time"][max(at - 1, 0)]
+            allowed = f"increasing times of a recording, here above {last:g} s" if at else "at least two times"
+            raise InputError(where, f"{columns['time'][at]:g} s", allowed, hint)
         columns["hours"] = np.append(steps, np.median(steps)) / HOUR
     if "temperature" not in columns and held is not None:
         columns["temperature"] = np.full(size, held)
@@ -125,6 +127,10 @@ def read_duty(
     loaded = tuple(row for row in rows if (unloaded or row.torque != 0.0) and row.speed != 0.0 and row.hours > 0.0)
     if not loaded:
         raise InputError(path.name, f"{len(rows)} rows", "at least one row with torque, speed and hours")
+    if len(loaded) < len(rows):
+        what = "speed or duration" if unloaded else "torque, speed or duration"
+        left_out = math.fsum(row.hours for row in rows) - math.fsum(row.hours for row in loaded)
+        _LOG.info("%s: rows without %s, omitted: %d (%.4g h)", path.name, what, len(rows) - len(loaded), left_out)
     return loaded
 
 

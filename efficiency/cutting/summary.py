@@ -34,7 +34,7 @@ from efficiency.cutting.process import PROCESSES
 from ehl.common.data import data_rows
 from ehl.common.errors import InputError, check_choice
 from ehl.common.files import read_text, toml_text
-from ehl.common.units import ValueRange, parse_quantity
+from ehl.common.units import ValueRange, parse_quantity, spellings
 from ehl.common.validation import locate_field
 
 
@@ -140,7 +140,7 @@ def parse_summary(text: str, hands: Mapping[str, str] | None = None) -> Summary:
                 if not member:
                     raise InputError(where, label, "a line 'member, pinion' or 'member, gear' before the first value")
                 table, key, unit = LABELS[label]
-                of_label = length if brackets is None else _unit_of_label(brackets, unit, where)
+                of_label = length if brackets is None else _unit_of_label(brackets, unit, f"{where} ({label})")
                 read = _value(value, key, unit, of_label, f"{where} ({label})")
                 if found.setdefault((member, flank, table, key), read) != read:
                     raise InputError(f"{where} ({label})", value, "one value of each setting")
@@ -178,8 +178,10 @@ def _unit_of_label(brackets: str, unit: str, where: str) -> str:
     """Validated unit of a label in brackets; the unit of a motion is a length per radian."""
     if unit not in ("mm", "deg"):
         return ""
-    own = _UNITS.get(brackets, brackets.removesuffix("/rad"))
-    parse_quantity(f"1 {own}", {"mm": "m", "deg": "rad"}[unit], field=where)
+    own, si = _UNITS.get(brackets, brackets.removesuffix("/rad")), {"mm": "m", "deg": "rad"}[unit]
+    if own not in spellings(si):
+        allowed = "in brackets a unit of " + ("length such as mm or in" if si == "m" else "angle such as deg")
+        raise InputError(where, brackets, allowed, "Write other remarks after '#'.")
     return own
 
 
@@ -220,7 +222,11 @@ def _value(text: str, key: str, unit: str, length: str, where: str) -> Any:
         number, own = float(bare), ""
     except ValueError:
         # the unit is validated here and kept as written
-        si = parse_quantity(bare, {"mm": "m", "deg": "rad"}.get(unit, ""), field=where)
+        try:
+            si = parse_quantity(bare, {"mm": "m", "deg": "rad"}.get(unit, ""), field=where)
+        except InputError as error:
+            allowed = {"deg": "degrees, such as 62.78 or 62d47m", "mm": "a length, such as 4.108 or '4.108 in'"}
+            raise InputError(where, text, allowed.get(unit, error.allowed), error.hint) from None
         match = re.fullmatch(r"([+-]?[\d.]+(?:[eE][+-]?\d+)?)\s*([^\d]*)", bare)
         # degrees with minutes and seconds become degrees
         number, own = (float(match[1]), match[2]) if match else (math.degrees(si), "deg")

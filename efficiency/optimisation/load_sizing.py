@@ -135,7 +135,7 @@ def sized_for_load(
         return {side: _flank_load(pair, side, torques[side], chosen[side]) for side in torques}
 
     whole: dict[Side, Sequence[State]] = dict.fromkeys(torques, states)
-    report_progress("load sizing", 0, _STEPS)
+    report_progress("steps", 0, _STEPS)
     found = loads(targets, whole)
     active, complete = _worst_states(states, found), True
     shares = []
@@ -144,7 +144,7 @@ def sized_for_load(
         targets, found = _best_bias(targets, found, lambda trial: loads(trial, active))
         complete = False
     for step in range(1, _STEPS + 1):
-        report_progress("load sizing", step, _STEPS)
+        report_progress("steps", step, _STEPS)
         shares.append(max(load.worst for load in found.values()))
         good = shares[-1] < EDGE_LIMIT
         if good and complete and (step > 1 or all(abs(load.centre) < CENTRAL for load in found.values())):

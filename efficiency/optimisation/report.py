@@ -242,11 +242,13 @@ def candidates_table(result: Optimisation) -> Table:
     heads = ("loss_change", "gain_lower", "gain_upper", "solved_gain", "solved_gain_error")
     columns = [*map(Column, ("design", *heads, *names)), *map(_variable, variables), Column("verdict")]
     kept = [k for k, c in enumerate(columns) if not c.name.startswith("solved") or any(_known(r[k]) for r in rows)]
-    shown, notes = (
-        [tuple(row[k] for k in kept) for row in rows],
-        (timing(result, f"{len(result.evaluations)} evaluations"),),
-    )
-    return Table([columns[k] for k in kept], shown, headline(result), notes, "candidates", vertical=True)
+    shown = [tuple(row[k] for k in kept) for row in rows]
+    return Table([columns[k] for k in kept], shown, headline(result), (_timing(result),), "candidates", vertical=True)
+
+
+def _timing(result: Optimisation) -> str:
+    """A search without a better point is complete as well."""
+    return timing(result, f"{len(result.evaluations)} evaluations", "search completed")
 
 
 def _known(value: object) -> bool:
@@ -277,7 +279,7 @@ def optimisation_sections(result: Optimisation, medium: Medium) -> list[Section]
     head = Head(
         f"Less loss: {result.name}",
         f"{duty_text(result)}; {result.problem.oil}, friction: {model_label(result.problem.friction)}",
-        f"{timing(result, f'{len(result.evaluations)} evaluations').capitalize()}. {SPIN}",
+        f"{_timing(result).capitalize()}. {SPIN}",
     )
     return [
         Section("", [head, *_answer(result)]),

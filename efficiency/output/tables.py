@@ -105,11 +105,11 @@ def percent(value: float, digits: int = 3) -> str:
     return f"{100.0 * value:.{digits}f}" if math.isfinite(value) else "–"
 
 
-def timing(result: Any, count: str) -> str:
+def timing(result: Any, count: str, status: str = "") -> str:
     """Status of a study or an optimisation, number of points or evaluations and wall time."""
     again = f", {result.reused} from an earlier run" if result.reused else ""
     workers = "process" if result.jobs == 1 else "processes"
-    return f"{result.status}: {count}{again}, {result.seconds:.1f} s with {result.jobs} {workers}"
+    return f"{status or result.status}: {count}{again}, {result.seconds:.1f} s with {result.jobs} {workers}"
 
 
 def operating_point(result: EfficiencyResult | Comparison) -> str:

@@ -59,6 +59,7 @@ _OPTIONS = {
     "speed_sliding_lengthwise": "lengthwise",
     "store": "output",
     "tasks": "slurm",
+    "variable": "vary",
     "temperature_oil": "temperature",
     "temperatures": "temperature",
 }

@@ -87,7 +87,7 @@ class Journal:
 
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            hint = "Is the same shard running?"
+            hint = "Is the same command running? Wait for its end, or choose another output."
             raise InputError(self.field, str(self.path), "a file no other process writes to", hint) from None
         except (ImportError, OSError):  # a file system without locks
             self._holder = _Holder(self.path.with_name(f"{self.path.name}.writer"), self.field)
@@ -184,7 +184,7 @@ class _Holder:
                 raise InputError(field, str(path), "a folder that can be written", f"{error}.") from None
         else:
             hint = (
-                f"The file system has no locks, and {path.name} shows a writer. Is the same shard running? If its "
+                f"The file system has no locks, and {path.name} shows a writer. Is the same command running? If its "
                 f"writer was killed, repeat the command after {STALE:.0f} s."
             )
             raise InputError(field, str(path), "a file no other process writes to", hint)

@@ -158,7 +158,7 @@ def _block(
     separator = str(body.attrs.get("separator", ""))
     decimals = decimals_of([cell for cell in body.to_numpy().ravel() if isinstance(cell, str)], separator)
     rows: list[tuple[int, dict[str, Any]]] = []
-    wrong: list[InputError] = []
+    wrong: dict[object, InputError] = {}
     left_out, other, last = 0, list[int](), head.position
     labelled = any(k == 0 and quantities[name] is None for name, k in taken.items())
     for number, row in zip(body.index, body.to_numpy(), strict=True):
@@ -184,7 +184,11 @@ def _block(
                 else:
                     values[name] = _number(cell, units[taken[name]], quantity, where, bare, decimals)
             except InputError as error:
-                wrong.append(error)
+                if quantity and quantity.unit and not bare and not units[taken[name]] and _looks_numeric(cell):
+                    column, hint = f"{path.name}, column {head.names[taken[name]]}", "Write the unit into its header."
+                    wrong.setdefault(name, InputError(column, cell, error.allowed, hint))
+                else:
+                    wrong[number, name] = error
         else:
             rows.append((int(number), values))
             continue
@@ -192,7 +196,7 @@ def _block(
         if len(wrong) > _MOST_WRONG:
             break
     if wrong:
-        raise InputError.of(wrong)
+        raise InputError.of(wrong.values())
     return rows, left_out, other
 
 
@@ -219,7 +223,7 @@ def _log_columns(path: Path, head: _Head, left_out: int, others: Sequence[int]) 
     other = [name for name, mine in pairs if not mine]
     parts = [", ".join(named)] if named else []
     parts += [f"not used: {', '.join(other)}"] if other else []
-    parts += [f"{left_out} rows with missing values omitted"] if left_out else []
+    parts += [f"rows with missing values, omitted: {left_out}"] if left_out else []
     if others:
         parts.append(f"row {', '.join(map(str, others))}: statistics or another table, omitted")
     if parts:

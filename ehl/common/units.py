@@ -178,10 +178,11 @@ _EXAMPLES = {
 }
 
 
-def _expectation(unit: str) -> str:
+def _expectation(unit: str, bare: bool = True) -> str:
     if not unit:
         return "a number without unit"
-    return f"a number in {unit} or a string with its unit such as {_EXAMPLES.get(unit, '1 ' + unit)!r}"
+    example = f"with its unit such as {_EXAMPLES.get(unit, '1 ' + unit)!r}"
+    return f"a number in {unit} or a string {example}" if bare else f"a value {example}"
 
 
 def parse_quantity(value: object, unit: str, *, field: str = "value", bare: bool = True) -> float:
@@ -194,34 +195,34 @@ def parse_quantity(value: object, unit: str, *, field: str = "value", bare: bool
     Raises `InputError`: the value is no number, is not finite, has a unit of another dimension, or has no unit where
     one is needed.
     """
+    allowed = _expectation(unit, bare)
     if isinstance(value, bool) or not isinstance(value, (Real, str)):  # scalars of numpy are real numbers
-        raise InputError(field, value, _expectation(unit))
+        raise InputError(field, value, allowed)
     if isinstance(value, str):
-        number, has_unit = _from_text(value, unit, field)
+        number, has_unit = _from_text(value, unit, field, allowed)
     else:
         try:
             number, has_unit = float(value), False
         except OverflowError:  # an integer such as 10**400
             number, has_unit = math.inf, False
     if not math.isfinite(number):
-        raise InputError(field, value, f"a finite value ({_expectation(unit)})")
+        raise InputError(field, value, f"a finite value ({allowed})")
     if abs(number) < SMALLEST:
         number = 0.0
     if unit and not has_unit and not bare:
-        allowed = f"a value with its unit such as {_EXAMPLES.get(unit, '1 ' + unit)!r}"
         raise InputError(field, value, allowed, "A bare number is ambiguous here.")
     return number
 
 
-def _from_text(text: str, unit: str, field: str) -> tuple[float, bool]:
+def _from_text(text: str, unit: str, field: str, allowed: str) -> tuple[float, bool]:
     if len(text) > _LONGEST or _POWER.search(_SMALL_POWER.sub("", text)) or _RAISED.search(text):
-        raise InputError(field, text, _expectation(unit), "It could not be read.")
+        raise InputError(field, text, allowed, "It could not be read.")
     try:
         return float(text), False
     except ValueError:
         pass
     if _COMMA.search(text):
-        raise InputError(field, text, _expectation(unit), _COMMA_HINT)
+        raise InputError(field, text, allowed, _COMMA_HINT)
     cleaned = _plain(text)
     if unit == "rad" and (match := _DEGREES.fullmatch(_canonical(cleaned))) is not None:
         minutes, seconds = float(match[3]), float(match[4] or 0.0)
@@ -237,11 +238,11 @@ def _from_text(text: str, unit: str, field: str) -> tuple[float, bool]:
         # such as "Ra 0.4 um"
         named = re.match(r"\s*R[apqtz]\d*\b", text)
         hint = _RQ_HINT if named else _refusal(match[2] if match else "", unit)
-        raise InputError(field, text, _expectation(unit), hint)
-    return _by_pint(float(match[1]), match[2], text, unit, field), True
+        raise InputError(field, text, allowed, hint)
+    return _by_pint(float(match[1]), match[2], text, unit, field, allowed), True
 
 
-def _by_pint(number: float, typed: str, text: str, unit: str, field: str) -> float:
+def _by_pint(number: float, typed: str, text: str, unit: str, field: str, allowed: str) -> float:
     """A number in a unit that no table of this module has."""
     import pint
 
@@ -256,7 +257,7 @@ def _by_pint(number: float, typed: str, text: str, unit: str, field: str) -> flo
             hint = _near_unit(typed, unit, "The unit is of another dimension.")
         except Exception:  # pint raises its own, tokenizer and attribute errors for unreadable text
             hint = hint or _near_unit(typed, unit)
-    raise InputError(field, text, _expectation(unit), hint)
+    raise InputError(field, text, allowed, hint)
 
 
 def _refusal(typed: str, unit: str) -> str:
@@ -288,7 +289,7 @@ class ValueRange:
     le: float | None = None
     hint: str = ""  # remedy for a value outside the range
 
-    def expected(self, value: object = None) -> str:
+    def expected(self, value: object = None, *, bare: bool = True) -> str:
         """The allowed range in the unit of a typed value, otherwise in a usual one, and an example with its unit."""
         match = _NUMBER_AND_UNIT.fullmatch(_plain(value)) if isinstance(value, str) else None
         usual = _EXAMPLES.get(self.unit, "").partition(" ")[2]
@@ -296,13 +297,13 @@ class ValueRange:
         unit, (factor, zero) = next(((name, scale) for name, scale in known.items() if scale), (self.unit, (1.0, 0.0)))
         ends = {"above": self.gt, "at least": self.ge, "below": self.lt, "at most": self.le}
         bounds = [f"{word} {(x - zero) / factor:.6g} {unit}".strip() for word, x in ends.items() if x is not None]
-        return f"{' and '.join(bounds) or 'any finite value'} ({_expectation(self.unit)})"
+        return f"{' and '.join(bounds) or 'any finite value'} ({_expectation(self.unit, bare)})"
 
     def check(self, value: object, field: str, *, bare: bool = True) -> float:
         """Parse and check one value outside a pydantic model (the command line)."""
         number = parse_quantity(value, self.unit, field=field, bare=bare)
         if not self._inside(number):
-            raise InputError(field, value, self.expected(value), self._remedy(value))
+            raise InputError(field, value, self.expected(value, bare=bare), self._remedy(value))
         return number
 
     def check_given(self, value: object, field: str) -> float:
@@ -325,18 +326,19 @@ class ValueRange:
     def check_list(self, text: str, field: str) -> list[float]:
         """Values of a list ``"a, b, c unit"`` or a range ``"from:to:number unit"``.
 
-        Entries are separated by a comma and a space, or by a semicolon; the last unit applies to entries without one.
+        Entries are separated by a comma and a space, or by a semicolon; a single unit, at the end, applies to all.
         A range has `number` equally spaced values, both ends among them: ``"50:200:4 N m"`` is 50, 100, 150, 200 N m.
 
         Raises `InputError`: neither of them, or a value out of range.
         """
         if ":" not in text:
             if _COMMA.search(text):
-                raise InputError(field, text, _expectation(self.unit), _COMMA_HINT)
+                raise InputError(field, text, _expectation(self.unit, bare=False), _COMMA_HINT)
             entries = [entry.strip() for entry in re.split("[,;]", text)]
-            stated = _NUMBER_AND_UNIT.fullmatch(entries[-1])
-            unit = f" {stated[2]}" if stated else ""  # of the entries without one
-            whole = (entry if _NUMBER_AND_UNIT.fullmatch(entry) else entry + unit for entry in entries)
+            stated = [_NUMBER_AND_UNIT.fullmatch(entry) for entry in entries]
+            units = {found[2] for found in stated if found}
+            unit = f" {units.pop()}" if stated[-1] and len(units) == 1 else ""  # of the entries without one
+            whole = (entry if found else entry + unit for entry, found in zip(entries, stated, strict=True))
             return [self.check(entry, field, bare=False) for entry in whole]
         match = _RANGE.fullmatch(text)
         count = int(match[3]) if match else 0

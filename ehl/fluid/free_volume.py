@@ -22,7 +22,7 @@ _REST = 2e-13  # slope where the original form would decrease, so that ln eta re
 _GRID = np.linspace(0.0, 6e9, 301)  # pressures for the largest viscosity of the original form [Pa]
 _TEMPERATURES = np.linspace(200.0, 700.0, 4001)  # [K]
 
-GlassTemperature = Annotated[float, ValueRange("K", ge=100.0, le=400.0, hint="Write degrees Celsius as '-72 degC'.")]
+GlassTemperature = Annotated[float, ValueRange("K", ge=100.0, le=400.0)]
 PerPressure = Annotated[float, ValueRange("1/Pa", gt=0.0, le=1e-6)]
 Difference = Annotated[float, ValueRange("K", gt=0.0, le=1e4)]
 

@@ -217,10 +217,10 @@ def generic_card(
     family = OIL_FAMILIES[base]
     given = [value is not None for value in (viscosity_40, viscosity_100, viscosity_index)]
     if (sum(given) != 2) if iso_vg is None else any(given[:2]):
-        hint = "Use nu_40 and nu_100 of the data sheet, or one of them and viscosity_index; otherwise iso_vg."
-        raise InputError("iso_vg", iso_vg, "iso_vg, or two of nu_40, nu_100 and viscosity_index", hint)
+        hint = "Use both viscosities of the data sheet, or one of them and the index; otherwise the ISO VG."
+        raise InputError("iso_vg", iso_vg, "the ISO VG, or two of: viscosities at 40 and 100 degC, index", hint)
     if iso_vg is not None and iso_vg not in ISO_VG:
-        raise InputError("iso_vg", iso_vg, "one of " + ", ".join(map(str, ISO_VG)), "Or give nu_40 and nu_100.")
+        raise InputError("iso_vg", iso_vg, "one of " + ", ".join(map(str, ISO_VG)), "Or give both viscosities.")
     known = iso_vg is None
     if viscosity_index is not None:
         nominal = viscosity_40 if iso_vg is None else 1e-6 * iso_vg
@@ -272,7 +272,8 @@ def check_viscosities(viscosity_40: float, viscosity_100: float, name_40: str, n
     """Check that the viscosity decreases with temperature, and that the Walther equation applies."""
     if not viscosity_100 < viscosity_40:
         allowed = f"below {name_40}, {1e6 * viscosity_40:.6g} cSt"
-        raise InputError(name_100, f"{1e6 * viscosity_100:.6g} cSt", allowed, "The two may be exchanged.")
+        hint = "Are the two exchanged?" if viscosity_100 > viscosity_40 else ""
+        raise InputError(name_100, f"{1e6 * viscosity_100:.6g} cSt", allowed, hint)
     if not viscosity_100 > 0.5e-6:
         raise InputError(name_100, f"{1e6 * viscosity_100:.6g} cSt", "above 0.5 cSt", "Write the unit: '13.3 cSt'.")
 

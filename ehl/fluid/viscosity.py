@@ -18,9 +18,7 @@ from ehl.common.validation import InputModel
 
 TEMPERATURE_RANGE = (-40.0 + KELVIN, 200.0 + KELVIN)
 
-Temperature = Annotated[
-    float, ValueRange("K", ge=TEMPERATURE_RANGE[0], le=TEMPERATURE_RANGE[1], hint="Write degrees Celsius as '80 degC'.")
-]
+Temperature = Annotated[float, ValueRange("K", ge=TEMPERATURE_RANGE[0], le=TEMPERATURE_RANGE[1])]
 AlphaValue = Annotated[float, ValueRange("1/Pa", ge=1e-10, le=1e-7)]
 DynamicViscosity = Annotated[float, ValueRange("Pa*s", gt=0.0)]
 Positive = Annotated[float, ValueRange("", gt=0.0, le=1e3)]

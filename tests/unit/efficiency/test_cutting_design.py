@@ -345,11 +345,6 @@ def test_bad_lines_are_named(text: str, field: str) -> None:
         parse_summary(text)
 
 
-def test_missing_file(tmp_path: Path) -> None:
-    with refuses("summary"):
-        read_summary(tmp_path / "none.csv")
-
-
 @pytest.mark.parametrize("units", ["metric", "inch"])
 @pytest.mark.parametrize("name", bevel_names())
 def test_sheet_of_every_shipped_design_is_read_back(name: str, units: Any, tmp_path: Path) -> None:
@@ -397,7 +392,9 @@ def test_a_sheet_as_papers_print_it(mixed_ehl: Any, tmp_path: Path) -> None:
     assert mixed_ehl("import", sheet, "-o", output, "--like", "fm_hypoid_13x42").code == 2
 
 
-def test_all_lines_that_cannot_be_used_are_reported_together() -> None:
+def test_a_missing_file_and_all_invalid_lines_are_reported(tmp_path: Path) -> None:
+    with refuses("summary"):
+        read_summary(tmp_path / "none.csv")
     with pytest.raises(InputError) as caught:
         parse_summary("member, gear\nteeth, 41.5\nradial [deg], 90\nhand, middle")
-    assert [problem.field for problem in caught.value.problems] == ["line 2 (teeth)", "line 3", "line 4 (hand)"]
+    assert [one.field for one in caught.value.problems] == ["line 2 (teeth)", "line 3 (radial)", "line 4 (hand)"]

@@ -138,8 +138,9 @@ def test_ratios_over_a_duty_cycle() -> None:
     """With constants the ratio of the losses is nearly that of the constants, in every row and in total."""
     pair = efficiency.load("fm_spiral_bevel_14x39_relieved")
     rows = [DutyRow(torque, 100.0, 360.0, 1.0) for torque in (60.0, 200.0)]
-    found = pair.compare(["constant:0.04", "constant:0.06"], 200.0, grid=(4, 9), duty=rows).rows
+    found = pair.compare(["constant:0.04", "constant:0.06", "constant:0.04"], 200.0, grid=(4, 9), duty=rows).rows
     low, high = found[0], found[1]
+    assert [row.name for row in found].count("constant:0.04") == 1
     assert (low.energy_factor, low.loss_factor) == (1.0, 1.0)
     ratios = np.array([high.loss_factor, high.energy_factor, high.energy_factor_min, high.energy_factor_max])
     np.testing.assert_allclose(ratios, 1.5, rtol=0.03)
@@ -272,6 +273,7 @@ def test_duty_cycles_are_read(duty: Path) -> None:
     with refuses("duty.csv, row 5, torque") as caught:
         read_duty(duty)
     assert [problem.field.rpartition(" ")[2] for problem in caught.value.problems] == ["torque", "temperature", "hours"]
+    assert not caught.value.problems[1].hint  # the unit is correct
 
 
 def test_a_recording_of_a_vehicle(mixed_ehl: Any, tmp_path: Path) -> None:
@@ -290,10 +292,10 @@ def test_a_recording_of_a_vehicle(mixed_ehl: Any, tmp_path: Path) -> None:
     with refuses("tyre_radius"):
         read_duty(path, ratio=2.0, temperature=353.0)
     outcome = mixed_ehl("duty", DESIGN.name, path, "--tyre-radius", "0.32 m", "--json")
-    assert outcome.code == 0, outcome.err
+    assert (outcome.code, ": 1 (0.0005556 h)" in outcome.err) == (0, True), outcome.err  # the last row has no torque
     assert json.loads(outcome.out)["total"]["hours"] == pytest.approx(4.0 / 3600.0)
     path.write_text("time [s],speed [km/h],torque [Nm],temperature [C]\n1,36,100,80\n1,36,100,80\n")
-    with refuses("cycle.csv, column time"):
+    with refuses("cycle.csv, row 3, time"):
         read_duty(path, tyre_radius=0.3, ratio=2.0)
 
 
@@ -306,10 +308,9 @@ def test_reverse_is_a_negative_speed() -> None:
 @pytest.mark.parametrize(
     ("old", "new", "word"),
     [
-        ("torque [N m]", "torque", "row 2, torque"),
+        ("torque [N m]", "torque", "^duty.csv, column torque"),
         (",hours [h]", ",# hours", "column hours"),
         ("1200", "-120000", "row 2, speed"),
-        ("100,third", "-1,third", "row 2, hours"),
         (DUTY[DUTY.index("300") :], "0,500,40,5,idle\n", "1 rows"),
     ],
 )

@@ -27,6 +27,7 @@ def test_text_becomes_si_or_is_refused_with_field_and_value(text: str, unit: str
     with refuses("contact.value") as caught:
         parse_quantity(text, unit, field="contact.value", bare=False)
     assert caught.value.value == text
+    assert "a number in" not in caught.value.allowed  # which an option does not take
 
 
 NO_NUMBERS = [True, None, [1.0], 10**400, math.nan, "35° 12' 60\"", "35° 60'", "1" * 201, "1e-99 m^-99"]
@@ -139,7 +140,7 @@ def test_list_takes_its_unit_from_the_last_entry() -> None:
     assert TORQUE.check_list("100, 200; 300 N m", "--torque") == [100.0, 200.0, 300.0]
     assert TORQUE.check_list("1 kN m, 200 N m", "--torque") == [1000.0, 200.0]
     wrong = ["100", "100, 200", "100 N m, 200", "", ",", "1,5 kN m", "100,200 N m", "1,5; 2 kN m", "100, 2000 N m"]
-    for text in wrong:
+    for text in [*wrong, "5, 200 N m; 1 kN m"]:
         with refuses("--torque"):
             TORQUE.check_list(text, "--torque")
 

@@ -199,7 +199,7 @@ def test_rows_are_counted_as_in_the_file(tmp_path: Path, lines: list[str], wante
 def test_bare_numbers_can_be_refused_and_columns_required(tmp_path: Path) -> None:
     (tmp_path / "points.csv").write_text(POINTS)
     for name, field, options in (
-        ("points.csv", "row 2, speed_entrainment", {"bare": False}),
+        ("points.csv", "column speed_entrainment", {"bare": False}),
         ("points.csv", "temperature_oil", {"required": ("pressure_hertz", "temperature_oil")}),
         ("none.csv", "", {}),
     ):

@@ -123,7 +123,7 @@ def test_two_sweeps_of_one_shard_at_once(tmp_path: Path, mixed_ehl: Callable[...
         first.stdout.read()
         assert first.wait() == 0
     assert second.code == 2
-    assert "Is the same shard running?" in second.err
+    assert "Is the same command running?" in second.err
     assert run_status(run).complete
 
 
