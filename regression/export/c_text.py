@@ -14,7 +14,7 @@ _RESERVED = frozenset(
         *("extern", "float", "for", "goto", "if", "inline", "int", "long", "register", "restrict", "return"),
         *("short", "signed", "sizeof", "static", "struct", "switch", "typedef", "union", "unsigned", "void"),
         *("volatile", "while", "pow", "power", "half_cube", "square", "at_least", "at_most", "result", "unit"),
-        *("point", "results", "least"),
+        *("block", "least", "point", "results"),
     }
 )
 _SQUARES = {"2.0": 1, "4.0": 2, "8.0": 3}  # exponents, and how many times the base is squared
@@ -67,13 +67,12 @@ class CPrinter(Printer):
 _HELPERS = (
     "enum { BLOCK = 8 }; /* points that are evaluated at once */",
     "/* compiled for processors with FMA too, chosen when the program starts */",
+    "#define CLONES",
     "#if defined(__x86_64__) && defined(__GLIBC__) && defined(__has_attribute)",
     "#if __has_attribute(target_clones)",
+    "#undef CLONES",
     '#define CLONES __attribute__((target_clones("fma", "default")))',
     "#endif",
-    "#endif",
-    "#ifndef CLONES",
-    "#define CLONES",
     "#endif",
     "/* n is a constant where the functions are used, 1 or BLOCK; loops over points are vectorized, not unrolled */",
     "#ifdef __GNUC__",
@@ -132,22 +131,21 @@ def _kind(step: Value) -> str:
 
 
 def _block(program: Program, name: str) -> list[str]:
-    """Function of the points of a block."""
+    """Function of the n points of a block."""
     loops, crossing = _loops(program)
     printer, plain = CPrinter(name, program.arguments, crossing), CPrinter(name)
-    lines = [f"INLINE void block(const int n, const {name}_point *at, {name}_result *results)", "{"]
-    numbers = [f"const double {plain.variable(c.name)} = {plain.number(c.number)};" for c in program.coefficients]
     steps = [step for loop in loops for step in loop]
+    declared = [f"const double {plain.variable(c.name)} = {plain.number(c.number)};" for c in program.coefficients]
     for kind in ("double", "int"):
-        arrays = [f"{plain.variable(step.name)}[BLOCK]" for step in steps if step.name in crossing and _kind(step) == kind]
-        numbers += [f"{kind} {', '.join(arrays)};"] if arrays else []
+        kept = [plain.variable(step.name) for step in steps if step.name in crossing and _kind(step) == kind]
+        declared += [f"{kind} {', '.join(f'{variable}[BLOCK]' for variable in kept)};"] if kept else []
     for step in steps:
         if isinstance(step, DataValue):
-            sizes = f"{step.name}_x[{len(step.operands)} * BLOCK], {step.name}[{RESULTS[step.operation]} * BLOCK]"
-            numbers.append(f"double {sizes};")
-    lines += packed(numbers, "    ", kind="const double ")
+            given, found = len(step.operands), RESULTS[step.operation]
+            declared.append(f"double {step.name}_x[{given} * BLOCK], {step.name}[{found} * BLOCK];")
+    lines = [f"INLINE void block(const int n, const {name}_point *at, {name}_result *results)", "{"]
+    lines += packed(declared, "    ", kind="const double ")
     for loop in loops:
-        lines.append("    for (int p = 0; p < n; p++) {")
         statements, calls = [], []
         for step in loop:
             if isinstance(step, DataValue):
@@ -156,14 +154,14 @@ def _block(program: Program, name: str) -> list[str]:
                     statements.append(f"{step.name}_x[{k} * n + p] = {text};")
                 calls.append(f"    {step.operation}(n, {step.name}_x, {step.name});")
                 continue
+            kind = "" if step.name in crossing else f"const {_kind(step)} "
             text = printer.expression(step)
             text = f"(int)({text})" if step.name == "flag" else text
-            kind = "" if step.name in crossing else f"const {_kind(step)} "
             statements.append(f"{kind}{printer.variable(step.name)} = {text};")
         if loop is loops[-1]:
             statements.append(f"results[p] = ({name}_result){{{', '.join(printer.outputs)}}};")
-        lines += packed(statements, "        ", kind="const double ")
-        lines += ["    }", *calls]
+        lines += ["    for (int p = 0; p < n; p++) {", *packed(statements, "        ", kind="const double "), "    }"]
+        lines += calls
     return [*lines, "}"]
 
 
@@ -181,14 +179,14 @@ def c_text(program: Program, name: str) -> str:
     lines += [*_HELPERS, *_data_functions(program), "", *_block(program, name), ""]
     for which, size in (("one", "1"), ("many", "BLOCK")):
         lines += [
-            f"CLONES static void {which}(const {name}_point *at, {name}_result *results) "
+            f"CLONES static void {name}_{which}(const {name}_point *at, {name}_result *results) "
             f"{{ block({size}, at, results); }}"
         ]
     numbers = ", ".join(f"double {name}" for name in program.arguments)
     lines += ["", broken(f"{name}_result {name}({numbers})", ""), "{"]
     lines += [broken(f"const {name}_point point = {{{', '.join(program.arguments)}}};", "    ")]
-    lines += [f"    {name}_result result;", "    one(&point, &result);", "    return result;", "}", ""]
+    lines += [f"    {name}_result result;", f"    {name}_one(&point, &result);", "    return result;", "}", ""]
     lines += [f"void {name}_points(int n, const {name}_point points[], {name}_result results[])", "{", "    int i = 0;"]
-    lines += ["    for (; i + BLOCK <= n; i += BLOCK) many(points + i, results + i);"]
-    lines += ["    for (; i < n; i++) one(points + i, results + i);", "}", ""]
+    lines += [f"    for (; i + BLOCK <= n; i += BLOCK) {name}_many(points + i, results + i);"]
+    lines += [f"    for (; i < n; i++) {name}_one(points + i, results + i);", "}", ""]
     return "\n".join(lines)

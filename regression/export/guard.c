@@ -1,4 +1,4 @@
-/* the least of v in its first row, by halves */
+/* moves the least of each column of v to its first row, by halves */
 INLINE void least(const int n, const int rows, double v[])
 {
     for (int m = rows; m > 1; m -= m / 2)
@@ -10,11 +10,9 @@ INLINE void guard(const int n, const double *restrict logarithms, double *restri
     double c[SIZE * BLOCK], u[SIZE * BLOCK], z[SIZE * BLOCK], squares[CASES * BLOCK], margins[PAIRS * BLOCK];
     EACH_POINT of[n + p] = 0.0;
     for (int i = 0; i < SIZE; i++) {
-        EACH_POINT {
-            c[i * n + p] = at_most(at_least(logarithms[i * n + p], -1e3), 1e3) - guard_scales[0][i];
-            u[i * n + p] = c[i * n + p] / guard_scales[1][i];
-            z[i * n + p] = 0.0;
-        }
+        EACH_POINT c[i * n + p] = at_most(at_least(logarithms[i * n + p], -1e3), 1e3) - guard_scales[0][i];
+        EACH_POINT u[i * n + p] = c[i * n + p] / guard_scales[1][i];
+        EACH_POINT z[i * n + p] = 0.0;
         for (int k = 0; k <= i; k++) EACH_POINT z[i * n + p] += guard_whitening[i][k] * c[k * n + p];
         EACH_POINT of[n + p] += z[i * n + p] * z[i * n + p];
     }
@@ -32,9 +30,7 @@ INLINE void guard(const int n, const double *restrict logarithms, double *restri
     }
     least(n, CASES, squares);
     least(n, PAIRS, margins);
-    EACH_POINT {
-        of[p] = sqrt(squares[p]);
-        of[n + p] = sqrt(of[n + p]);
-        of[2 * n + p] = margins[p];
-    }
+    EACH_POINT of[p] = sqrt(squares[p]);
+    EACH_POINT of[n + p] = sqrt(of[n + p]);
+    EACH_POINT of[2 * n + p] = margins[p];
 }

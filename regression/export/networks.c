@@ -24,8 +24,8 @@ INLINE void networks(const int n, const double *restrict logarithms, double *res
     for (int i = 0; i < SIZE; i++) {
         const double low = networks_scales[2][i], high = networks_scales[3][i], reach = FADE * (high - low);
         EACH_POINT {
-            const double limited = at_most(at_least(logarithms[i * n + p], -1e3), 1e3);
-            const double at = (limited - networks_scales[0][i]) / networks_scales[1][i];
+            const double z = at_most(at_least(logarithms[i * n + p], -1e3), 1e3);
+            const double at = (z - networks_scales[0][i]) / networks_scales[1][i];
             of[p] = at_most(of[p], 1.0 - at_least(low - at, at - high) / reach);
             x[i * n + p] = at_most(at_least(at, low - reach), high + reach);
         }
@@ -35,7 +35,8 @@ INLINE void networks(const int n, const double *restrict logarithms, double *res
     for (int m = 0; m < WIDTH; m += UNITS) layer(n, UNITS, UNITS, networks_second[0] + m, one + m * n, two + m * n);
     for (int j = 0; j < 2 * MEMBERS; j++) EACH_POINT out[j * n + p] = networks_last[UNITS][j];
     for (int i = 0; i < UNITS; i++)
-        for (int j = 0; j < 2 * MEMBERS; j++) EACH_POINT out[j * n + p] += networks_last[i][j] * two[(j / 2 * UNITS + i) * n + p];
+        for (int j = 0; j < 2 * MEMBERS; j++)
+            EACH_POINT out[j * n + p] += networks_last[i][j] * two[(j / 2 * UNITS + i) * n + p];
     for (int j = 0; j < 2 * MEMBERS; j++) EACH_POINT of[(1 + j % 2) * n + p] += (out[j * n + p] *= STEP) / MEMBERS;
     for (int m = 0; m < 2 * MEMBERS; m += 2) EACH_POINT {
         const double a = out[m * n + p] - of[n + p], b = out[(m + 1) * n + p] - of[2 * n + p];
