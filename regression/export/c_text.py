@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Collection, Mapping, Sequence
+from pathlib import Path
 from typing import ClassVar
 
 from regression.export.printer import ATOM, LIBRARY, OR, Printer, broken, commented, number_rows, packed
@@ -41,6 +42,10 @@ class CPrinter(Printer):
             return f"at[p].{name}"
         return super().variable(name) + ("[p]" if name in self.arrays else "")
 
+    def operand(self, value: Value) -> str:
+        """Text of a value where it is used: its name, or its expression."""
+        return self._text(value)[0]
+
     def power(self, base: tuple[str, int], exponent: tuple[str, int]) -> tuple[str, int]:
         """Squares, the power 1.5 by the root, pow for other whole exponents, else by logarithms."""
         # alone between commas a negative number needs no brackets
@@ -64,31 +69,8 @@ class CPrinter(Printer):
 
 # NaN goes through, as in numpy: fmax and fmin would hide it. The first two are one instruction; NaN of a second number
 # is lost, which is a constant or comes with that of the first. A power by logarithms takes half the time of pow.
-_HELPERS = (
-    "enum { BLOCK = 8 }; /* points that are evaluated at once */",
-    "/* compiled for processors with FMA too, chosen when the program starts */",
-    "#define CLONES",
-    "#if defined(__x86_64__) && defined(__GLIBC__) && defined(__has_attribute)",
-    "#if __has_attribute(target_clones)",
-    "#undef CLONES",
-    '#define CLONES __attribute__((target_clones("fma", "default")))',
-    "#endif",
-    "#endif",
-    "/* n is a constant where the functions are used, 1 or BLOCK; loops over points are vectorized, not unrolled */",
-    "#ifdef __GNUC__",
-    "#define INLINE static inline __attribute__((always_inline))",
-    '#define EACH_POINT _Pragma("GCC unroll 1") for (int p = 0; p < n; p++)',
-    "#else",
-    "#define INLINE static inline",
-    "#define EACH_POINT for (int p = 0; p < n; p++)",
-    "#endif",
-    "INLINE double at_least(double a, double b) { return b > a ? b : a; }",
-    "INLINE double at_most(double a, double b) { return b < a ? b : a; }",
-    "INLINE double larger(double a, double b) { return a > b || isnan(a) ? a : b; }",
-    "INLINE double smaller(double a, double b) { return a < b || isnan(a) ? a : b; }",
-    "INLINE double square(double a) { return a * a; }",
-    "INLINE double half_cube(double a) { return a * sqrt(a); }",
-    "INLINE double power(double a, double b) { return exp(b * log(a)); }",
+_HELPERS, _POINTS = (
+    Path(__file__).with_name(f"{name}.c").read_text(encoding="utf-8") for name in ("helpers", "points")
 )
 
 
@@ -103,66 +85,43 @@ def _data_functions(program: Program) -> list[str]:
     return lines
 
 
-def _loops(program: Program) -> tuple[list[list[Value]], frozenset[str]]:
-    """Steps of each loop over the points of a block, and the names of values that a later loop uses.
-
-    A loop ends where functions over stored numbers are called, which are the last steps of it.
-    """
-    number: dict[Value, int] = {}
-    for value in sorted(reached(program.steps), key=lambda value: value.serial):
-        number[value] = max((number[o] + isinstance(o, DataValue) for o in value.operands), default=0)
-    crossing = set()
-    for step in program.steps:
-        waiting = list(step.operands)
-        while waiting:
-            value = waiting.pop()
-            if not value.name:
-                waiting.extend(value.operands)
-            elif value.operands and number[value] < number[step] and not isinstance(value, DataValue):
-                crossing.add(value.name)
-    loops: list[list[Value]] = [[] for _ in range(max(number.values()) + 1)]
-    for step in sorted(program.steps, key=lambda step: isinstance(step, DataValue)):
-        loops[number[step]].append(step)
-    return loops, frozenset(crossing)
-
-
 def _kind(step: Value) -> str:
     return "int" if step.logical or step.name == "flag" else "double"
 
 
 def _block(program: Program, name: str) -> list[str]:
-    """Function of the n points of a block."""
-    loops, crossing = _loops(program)
-    printer, plain = CPrinter(name, program.arguments, crossing), CPrinter(name)
-    steps = [step for loop in loops for step in loop]
+    """Function of the n points of a block: loops over the points, between them the functions over stored numbers."""
+    loop: dict[Value, int] = {}
+    for value in sorted(reached(program.steps), key=lambda value: value.serial):
+        loop[value] = max((loop[operand] + isinstance(operand, DataValue) for operand in value.operands), default=0)
+    calls = [step for step in program.steps if isinstance(step, DataValue)]
+    steps = [step for step in program.steps if not isinstance(step, DataValue)]
+    plain = CPrinter(name)
+    # those that a later loop uses are stored for each point
+    uses = [(loop[step], set(re.findall(r"\w+", plain.expression(step)))) for step in program.steps]
+    stored = {s for s in steps if any(place > loop[s] and plain.variable(s.name) in words for place, words in uses)}
+    printer = CPrinter(name, program.arguments, {step.name for step in stored})
     declared = [f"const double {plain.variable(c.name)} = {plain.number(c.number)};" for c in program.coefficients]
-    for kind in ("double", "int"):
-        kept = [plain.variable(step.name) for step in steps if step.name in crossing and _kind(step) == kind]
-        declared += [f"{kind} {', '.join(f'{variable}[BLOCK]' for variable in kept)};"] if kept else []
-    for step in steps:
-        if isinstance(step, DataValue):
-            given, found = len(step.operands), RESULTS[step.operation]
-            declared.append(f"double {step.name}_x[{given} * BLOCK], {step.name}[{found} * BLOCK];")
+    declared += [f"{_kind(step)} {plain.variable(step.name)}[BLOCK];" for step in steps if step in stored]
+    for call in calls:
+        sizes = len(call.operands), RESULTS[call.operation]
+        declared.append("double {0}_x[{1} * BLOCK], {0}[{2} * BLOCK];".format(call.name, *sizes))
     lines = [f"INLINE void block(const int n, const {name}_point *at, {name}_result *results)", "{"]
     lines += packed(declared, "    ", kind="const double ")
-    for loop in loops:
-        statements, calls = [], []
-        for step in loop:
-            if isinstance(step, DataValue):
-                for k, operand in enumerate(step.operands):
-                    text = printer.variable(operand.name) if operand.name else printer.expression(operand)
-                    statements.append(f"{step.name}_x[{k} * n + p] = {text};")
-                calls.append(f"    {step.operation}(n, {step.name}_x, {step.name});")
-                continue
-            kind = "" if step.name in crossing else f"const {_kind(step)} "
-            text = printer.expression(step)
-            text = f"(int)({text})" if step.name == "flag" else text
+    for place in range(max(loop.values()) + 1):
+        statements = []
+        for step in (step for step in steps if loop[step] == place):
+            text = f"(int)({printer.expression(step)})" if step.name == "flag" else printer.expression(step)
+            kind = "" if step in stored else f"const {_kind(step)} "
             statements.append(f"{kind}{printer.variable(step.name)} = {text};")
-        if loop is loops[-1]:
+        for call in (call for call in calls if loop[call] == place):
+            texts = [printer.operand(value) for value in call.operands]
+            statements += [f"{call.name}_x[{k} * n + p] = {text};" for k, text in enumerate(texts)]
+        if place == max(loop.values()):
             statements.append(f"results[p] = ({name}_result){{{', '.join(printer.outputs)}}};")
         lines += ["    for (int p = 0; p < n; p++) {", *packed(statements, "        ", kind="const double "), "    }"]
-        lines += calls
-    return [*lines, "}"]
+        lines += [f"    {call.operation}(n, {call.name}_x, {call.name});" for call in calls if loop[call] == place]
+    return [*lines, "}", ""]
 
 
 def c_text(program: Program, name: str) -> str:
@@ -175,18 +134,9 @@ def c_text(program: Program, name: str) -> str:
     ]
     members = ", ".join(program.arguments)
     lines += ["#include <math.h>", broken(f"typedef struct {{ double {members}; }} {name}_point;", "")]
-    lines += [f"typedef struct {{ double mu, lower, upper; int flag; }} {name}_result;", ""]
-    lines += [*_HELPERS, *_data_functions(program), "", *_block(program, name), ""]
-    for which, size in (("one", "1"), ("many", "BLOCK")):
-        lines += [
-            f"CLONES static void {name}_{which}(const {name}_point *at, {name}_result *results) "
-            f"{{ block({size}, at, results); }}"
-        ]
-    numbers = ", ".join(f"double {name}" for name in program.arguments)
-    lines += ["", broken(f"{name}_result {name}({numbers})", ""), "{"]
-    lines += [broken(f"const {name}_point point = {{{', '.join(program.arguments)}}};", "    ")]
-    lines += [f"    {name}_result result;", f"    {name}_one(&point, &result);", "    return result;", "}", ""]
-    lines += [f"void {name}_points(int n, const {name}_point points[], {name}_result results[])", "{", "    int i = 0;"]
-    lines += [f"    for (; i + BLOCK <= n; i += BLOCK) {name}_many(points + i, results + i);"]
-    lines += [f"    for (; i < n; i++) {name}_one(points + i, results + i);", "}", ""]
+    lines += [f"typedef struct {{ double mu, lower, upper; int flag; }} {name}_result;", "", _HELPERS.rstrip()]
+    lines += [*_data_functions(program), "", *_block(program, name)]
+    words = {"NAME": name, "NUMBERS": "double " + members.replace(", ", ", double "), "MEMBERS": members}
+    text = re.sub("|".join(words), lambda found: words[found[0]], _POINTS)
+    lines += [broken(line.strip(), line[: -len(line.lstrip())]) if line.strip() else "" for line in text.split("\n")]
     return "\n".join(lines)
