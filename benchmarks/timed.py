@@ -143,32 +143,41 @@ def command(*arguments: str) -> Callable[[], Callable[[], float]]:
     return lambda: task
 
 
-C_POINTS = 200_000
+C_POINTS, C_ROUNDS = 1000, 200
 _LOOP = """
-int main(void) {
-  volatile double sum = 0.0;
-  for (int i = 0; i < %d; i++)
-    sum += f(0.5e9 + 5e3 * i, 0.015, 2.26e11, 5.0, 0.02 + 4e-6 * i, 0.1, 363.15, 1.6e-5, 5.0, 4e-7).upper;
-  return sum > 0.0 ? 0 : 1;
+int main(int count, char **arguments) {
+  static f_point at[%(points)d];
+  static f_result results[%(points)d];
+  for (int i = 0; i < %(points)d; i++)
+    at[i] = (f_point){0.5e9 + 1e6 * i, 0.015, 2.26e11, 5.0, 0.02 + 8e-4 * i, 0.1, 363.15, 1.6e-5, 5.0, 4e-7};
+  for (int k = 0; k < %(rounds)d; k++)
+    if (count == 1) f_points(%(points)d, at, results);
+    else for (int i = 0; i < %(points)d; i++) results[i] = f(%(arguments)s);
+  return results[%(points)d - 1].upper > 0.0 && arguments ? 0 : 1;
 }
 """
 
 
-def exported() -> Callable[[], float]:
-    """Microseconds of processor time of the exported C at one point, with interval and guard."""
-    folder = tempfile.TemporaryDirectory()
-    source, program = f"{folder.name}/f.c", f"{folder.name}/f"
-    regression.Formula.load("75w90").export(source)
-    with open(source, "a", encoding="utf-8") as file:
-        file.write(_LOOP % C_POINTS)
-    subprocess.run(["cc", "-O3", "-fno-math-errno", "-o", program, source, "-lm"], check=True)
+def exported(*single: str) -> Callable[[], Callable[[], float]]:
+    """Least microseconds of processor time of the exported C at one point, in blocks or by a `single` call each."""
 
-    def task() -> float:
-        before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
-        subprocess.run([f"{folder.name}/f"], check=True)
-        return 1e6 * (resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before) / C_POINTS
+    def setup() -> Callable[[], float]:
+        folder = tempfile.TemporaryDirectory()
+        source, times = f"{folder.name}/f.c", [math.inf]
+        arguments = ", ".join(f"at[i].{name}" for name in regression.Formula.load("75w90").export(source))
+        with open(source, "a", encoding="utf-8") as file:
+            file.write(_LOOP % {"points": C_POINTS, "rounds": C_ROUNDS, "arguments": arguments})
+        subprocess.run(["cc", "-O3", "-fno-math-errno", "-o", f"{folder.name}/f", source, "-lm"], check=True)
 
-    return task
+        def task() -> float:
+            before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+            subprocess.run([f"{folder.name}/f", *single], check=True)
+            times.append(1e6 * (resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before) / C_POINTS / C_ROUNDS)
+            return min(times)
+
+        return task
+
+    return setup
 
 
 TIMED = {
@@ -183,9 +192,12 @@ TIMED = {
         f"formula 75w90 at {POINTS} points; half the stated interval over mu", lambda: points_of("75w90"), half_interval
     ),
     "formula_c": Timed(
-        f"formula 75w90 as C (flags of its head) at {C_POINTS} points; microseconds a point in place of the error",
-        exported,
+        "formula 75w90 as C (flags of its head), function of many points; microseconds a point in place of the error",
+        exported(),
         float,
+    ),
+    "formula_c_single": Timed(
+        "the same with a call for each point; microseconds a point in place of the error", exported("single"), float
     ),
     "gear_pair": Timed(
         "hypoid pair from the design file to the efficiency; change of the loss on twice the mesh",

@@ -163,7 +163,7 @@ def _block(
     labelled = any(k == 0 and quantities[name] is None for name, k in taken.items())
     for number, row in zip(body.index, body.to_numpy(), strict=True):
         used = {name: row[k] for name, k in taken.items()}
-        texts = not any(isinstance(cell, int | float) or str(cell).strip()[-1:].isdigit() for cell in used.values())
+        texts = not any(_looks_numeric(cell) for cell in used.values())
         added = not labelled and str(row[0]).strip(" .:").casefold() in _STATISTICS
         if added or (texts and rows and not foreign and number > last + 1):
             other.append(int(number))
@@ -198,6 +198,10 @@ def _block(
     if wrong:
         raise InputError.of(wrong.values())
     return rows, left_out, other
+
+
+def _looks_numeric(cell: Cell) -> bool:
+    return isinstance(cell, int | float) or str(cell).strip()[-1:].isdigit()
 
 
 def _is_missing(cell: Cell, unit: str | None, quantity: ValueRange, *, empty: bool) -> bool:

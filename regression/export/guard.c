@@ -1,26 +1,36 @@
-typedef struct { double of[3]; } guard_results;
-
-CLONES static guard_results guard(const double logarithms[])
+/* moves the least of each column of v to its first row, by halves */
+INLINE void least(const int n, const int rows, double v[])
 {
-    guard_results r = {{INFINITY, 0.0, INFINITY}};
-    double c[SIZE], u[SIZE], z[SIZE], squares[CASES];
+    for (int m = rows; m > 1; m -= m / 2)
+        for (int j = 0; j < m / 2 * n; j++) v[j] = at_most(v[j], v[j + (m - m / 2) * n]);
+}
+
+INLINE void guard(const int n, const double *restrict logarithms, double *restrict of)
+{
+    double c[SIZE * BLOCK], u[SIZE * BLOCK], z[SIZE * BLOCK], squares[CASES * BLOCK], margins[PAIRS * BLOCK];
+    EACH_POINT of[n + p] = 0.0;
     for (int i = 0; i < SIZE; i++) {
-        c[i] = at_most(at_least(logarithms[i], -1e3), 1e3) - guard_scales[0][i];
-        u[i] = c[i] / guard_scales[1][i];
-        z[i] = 0.0;
-        for (int k = 0; k <= i; k++) z[i] += guard_whitening[i][k] * c[k];
-        r.of[1] += z[i] * z[i];
+        EACH_POINT c[i * n + p] = at_most(at_least(logarithms[i * n + p], -1e3), 1e3) - guard_scales[0][i];
+        EACH_POINT u[i * n + p] = c[i * n + p] / guard_scales[1][i];
+        EACH_POINT z[i * n + p] = 0.0;
+        for (int k = 0; k <= i; k++) EACH_POINT z[i * n + p] += guard_whitening[i][k] * c[k * n + p];
+        EACH_POINT of[n + p] += z[i * n + p] * z[i * n + p];
     }
-    for (int j = 0; j < CASES; j++) squares[j] = 0.0;
-    for (int i = 0; i < SIZE; i++) for (int j = 0; j < CASES; j++) squares[j] += square(z[i] - STEP * guard_cases[i][j]);
-    for (int j = 0; j < CASES; j++) r.of[0] = at_most(r.of[0], squares[j]);
+    for (int j = 0; j < CASES * n; j++) squares[j] = 0.0;
+    for (int i = 0; i < SIZE; i++)
+        for (int j = 0; j < CASES; j++) EACH_POINT squares[j * n + p] += square(z[i * n + p] - STEP * guard_cases[i][j]);
     for (int j = 0; j < PAIRS; j++) {
-        const int *row = guard_limits[j];
-        const double sum = u[row[0]] + u[row[1]], apart = u[row[0]] - u[row[1]];
-        const double ends[4] = {sum - STEP * row[2], STEP * row[3] - sum, apart - STEP * row[4], STEP * row[5] - apart};
-        for (int i = 0; i < 4; i++) r.of[2] = at_most(r.of[2], ends[i]);
+        const double *one = u + n * guard_limits[j][0], *other = u + n * guard_limits[j][1];
+        const double low = STEP * guard_limits[j][2], high = STEP * guard_limits[j][3];
+        const double lowest = STEP * guard_limits[j][4], highest = STEP * guard_limits[j][5];
+        EACH_POINT {
+            const double sum = one[p] + other[p], apart = one[p] - other[p];
+            margins[j * n + p] = at_most(at_most(sum - low, high - sum), at_most(apart - lowest, highest - apart));
+        }
     }
-    r.of[0] = sqrt(r.of[0]);
-    r.of[1] = sqrt(r.of[1]);
-    return r;
+    least(n, CASES, squares);
+    least(n, PAIRS, margins);
+    EACH_POINT of[p] = sqrt(squares[p]);
+    EACH_POINT of[n + p] = sqrt(of[n + p]);
+    EACH_POINT of[2 * n + p] = margins[p];
 }
