@@ -218,11 +218,8 @@ def check(oils: Sequence[str]) -> None:
     OUT.mkdir(parents=True, exist_ok=True)
     rows.to_csv(OUT / "shipped_formulas_errors.csv", index=False)
     settled = rows[(rows["stated_error"] <= SETTLED) & (rows["formula"] == "network")]
-    tables = [*((rows, name) for name in ("oil", *BANDS)), (settled, "film_ratio")]
-    parts = []
-    for which, name in tables:
-        by = ["formula", name]
-        parts.append(table_of(summary(which.sort_values(by, kind="stable"), by), by))
+    tables = [(rows, ["formula", name]) for name in ("oil", *BANDS)] + [(settled, ["formula", "film_ratio"])]
+    parts = [table_of(summary(which.sort_values(by, kind="stable"), by), by) for which, by in tables]
     parts.insert(-1, f"Only contacts with a stated error of at most {100.0 * SETTLED:.0f} %:")
     text = "\n\n".join(parts)
     print(text)

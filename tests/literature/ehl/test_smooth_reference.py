@@ -55,13 +55,10 @@ def test_moes_within_its_own_spread(case: dict) -> None:
     assert moes_1992(groups["M"], groups["L"]) == pytest.approx(film, rel=0.07)
 
 
-def test_coefficient_and_exponents_as_printed() -> None:
+def test_coefficient_and_exponents_as_printed_and_asymptotes_of_moes() -> None:
     """h_min/R = 1.714 U^0.694 W^-0.128 G^0.568 (Pan & Hamrock 1989)."""
     found = [pan_hamrock_1989_minimum(*(2.0 if k == place else 1.0 for k in range(3))) for place in (0, 1, 2, 3)]
     assert found == pytest.approx(1.714 * 2.0 ** np.array([0.694, -0.128, 0.568, 0.0]), rel=1e-14)
-
-
-def test_moes_reduces_to_its_asymptotes() -> None:
     # rigid isoviscous (Martin: h0 w'/(eta0 u_r R) = 4.9, so H = 2.45/M; Moes rounds the blend to 3/M) and no kink
     assert moes_1992(1e-3, 0.0) == pytest.approx(3.0 / 1e-3, rel=1e-3)
     assert moes_1992(1e5, 0.0) == pytest.approx(2.621 * 1e5**-0.2, rel=1e-3)

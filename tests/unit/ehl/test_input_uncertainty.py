@@ -28,16 +28,13 @@ def uncertainty(*changes: Change) -> InputUncertainty:
     return InputUncertainty.of("friction_coefficient", 0.05, changes, lambda ln: 0.05 * math.exp(ln))
 
 
-def test_sides_add_apart() -> None:
+def test_sides_add_apart_and_the_largest_contribution_comes_first() -> None:
     down, up = combined([Change("a", "oil", 0.1, -0.3, 0.6), Change("b", "oil", 0.1, 0.8, -0.4)])
     assert down == pytest.approx(-0.5)
     assert up == pytest.approx(1.0)
     # raised by both ends: the lower side does not know it
     down, up = combined([Change("a", "oil", 0.1, 0.3, 0.4)])
     assert (down, up) == (0.0, pytest.approx(0.4))
-
-
-def test_largest_contribution_comes_first() -> None:
     found = uncertainty(Change("viscosity", "oil", 0.1, -0.01, 0.01), Change("boundary_film", "film", 0.1, -0.2, 0.3))
     assert [source.name for source in found.sources] == ["boundary_film", "viscosity"]
     assert found.groups["film"] == pytest.approx(0.025 * (math.exp(0.3) - math.exp(-0.2)))
@@ -179,16 +176,13 @@ def smooth(problem: ContactProblem) -> tuple[float, float, float]:
     return product(problem)[0], 0.01, 5.0
 
 
-def test_a_product_adds_as_squares() -> None:
+def test_a_product_adds_as_squares_thick_films_do_not_ask_for_roughness_and_nothing_leaves_nothing() -> None:
     spreads = UncertaintyInput.none(viscosity=0.1, boundary_friction=0.2, boundary_film=0.2)
     found = contact_uncertainty(CONTACT.problem(), product, spreads, OIL, jobs=1)
     reach = score_of(0.9) * math.sqrt(0.1**2 + 0.2**2 + 0.1**2)
     assert math.log(found.high / found.value) == pytest.approx(reach, rel=1e-9)
     assert math.log(found.low / found.value) == pytest.approx(-reach, rel=1e-9)
     assert {source.name for source in found.sources} == {"viscosity", "boundary_friction", "boundary_film"}
-
-
-def test_thick_films_do_not_ask_for_roughness_and_nothing_uncertain_leaves_nothing() -> None:
     found = contact_uncertainty(CONTACT.problem(), smooth, DEFAULT, OIL, jobs=1)
     assert {source.group for source in found.sources} == {"oil", "bulk temperature", "steel"}
     exact = contact_uncertainty(CONTACT.problem(), product, UncertaintyInput.none(), OIL, jobs=1)

@@ -15,16 +15,13 @@ from ehl.rough.surfaces import sample_ring
 from ehl.surface.roughness import generate_profile
 
 
-def test_sampling_keeps_the_profile_on_every_mesh() -> None:
+def test_sampling_keeps_the_profile_on_every_mesh_and_both_surfaces_are_composed() -> None:
     profile = generate_profile(0.4e-6, 20e-6, 4e-3, 4e-6, 5)
     fine, coarse = sample_ring(profile, 1e-6), sample_ring(profile, 4e-6)
     np.testing.assert_allclose(fine[::4], coarse, atol=1e-15)
     np.testing.assert_allclose(coarse, profile.heights, atol=1e-15)
     with refuses("nodes"):
         sample_ring(profile, 30e-6)
-
-
-def test_statistics_of_both_surfaces() -> None:
     one, two = (generate_profile(r, lc, 4e-3, 2e-6, 1) for r, lc in ((0.3e-6, 20e-6), (0.4e-6, 40e-6)))
     both = RoughSurfaces(one, two)
     assert both.rms == pytest.approx(0.5e-6, rel=1e-6)

@@ -34,17 +34,13 @@ def at(*u: float) -> dict[str, np.ndarray]:
     return dict(zip(NAMES, (np.array([1e9, 0.02, 5.0]) * np.exp(u))[:, None], strict=True))
 
 
-def test_fitted_cases_are_inside_and_new_ones_nearly_all() -> None:
+def test_fitted_cases_are_inside_new_ones_nearly_all_and_the_cut_corner_is_outside() -> None:
     fitted = cloud()
     assert (fitted.extrapolation(TABLE) == CloudDistance.INSIDE).all()
     assert fitted.distance(fitted.whitened(TABLE)).max() <= 1.0 + 1e-9
     new = fitted.extrapolation(cases(2000, 2))
     assert np.mean(new != CloudDistance.INSIDE) < 0.03
     assert not (new == CloudDistance.FAR).any()
-
-
-def test_the_cut_corner_is_outside_though_it_lies_in_the_box() -> None:
-    fitted = cloud()
     corner = at(0.95, 0.95, 0.0)
     for name in NAMES:
         assert TABLE[name].min() < corner[name][0] < TABLE[name].max()
@@ -85,7 +81,7 @@ def test_limits_are_those_of_sums_and_differences_with_the_slack() -> None:
     np.testing.assert_allclose(fitted.pair_margin(logs), margin, atol=1.1e-3)
 
 
-def test_distance_is_to_the_nearest_point_over_the_covering_radius() -> None:
+def test_coordinates_are_white_and_distance_is_to_the_nearest_point_over_the_covering_radius() -> None:
     fitted = cloud()
     few = cloud(20)
     new = cases(100, 5)
@@ -95,10 +91,6 @@ def test_distance_is_to_the_nearest_point_over_the_covering_radius() -> None:
     assert few.radius > 1.5 * fitted.radius
     # the rounding of stored coordinates is a margin
     assert few.distance(few.whitened(TABLE)).max() * few.radius == pytest.approx(few.radius - 1e-3 * 3**0.5, abs=6e-4)
-
-
-def test_coordinates_are_white_and_the_shape_is_kept() -> None:
-    fitted = cloud()
     z = fitted.whitened(TABLE)
     np.testing.assert_allclose(np.cov(z, rowvar=False), np.eye(3), atol=5e-3)
     np.testing.assert_allclose(z.mean(axis=0), 0.0, atol=5e-3)
