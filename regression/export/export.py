@@ -40,7 +40,7 @@ def identifier(path: Path) -> str:
 def writer_of(path: Path, language: str | None) -> Callable[[Program, str], str | bytes]:
     """Function that writes a program in a language, or in that of the suffix of the file.
 
-    Raises `InputError`: the language is not known.
+    Raises `InputError`: the language is not known, or not that of the suffix.
     """
     suffixes = {suffix: name for name, (_, own) in _LANGUAGES.items() for suffix in own}
     if language is None and path.suffix not in suffixes:
@@ -48,4 +48,6 @@ def writer_of(path: Path, language: str | None) -> Callable[[Program, str], str 
         raise InputError("language", None, "one of " + ", ".join(LANGUAGES), hint)
     language = language or suffixes[path.suffix]
     check_choice("language", language, LANGUAGES)
+    if suffixes.get(path.suffix, language) != language:
+        raise InputError("language", language, f"{suffixes[path.suffix]} for a file {path.suffix}", "Change one of them.")
     return _LANGUAGES[language][0]

@@ -165,7 +165,7 @@ OPTIONS: dict[str, tuple[tuple[Any, ...], dict[str, str], str]] = {
         --units=si"""),
     "export formula": (("export", "75w90"), {"--output": "mu.py"}, """
         --language=pyton; --rows=3; --units=inch; --oil=75w91; --output=my-friction.c; --oil=fva3; --what=grid;
-        --member=pinion"""),
+        --member=pinion; --language=c"""),
     "export unknown": (("export", "gear_fva3"), {}, "--output=mu.c | formula"),
     "correct": (("correct", PAIR, "none.csv"), {}, "--order=3; --uncertainty=1"),
     "plan": (("plan", PAIR), {"--duty": "duty.csv", "--output": "p.toml"}, """
