@@ -49,5 +49,6 @@ def writer_of(path: Path, language: str | None) -> Callable[[Program, str], str 
     language = language or suffixes[path.suffix]
     check_choice("language", language, LANGUAGES)
     if suffixes.get(path.suffix, language) != language:
-        raise InputError("language", language, f"{suffixes[path.suffix]} for a file {path.suffix}", "Change one of them.")
+        allowed = f"{suffixes[path.suffix]} for a file {path.suffix}"
+        raise InputError("language", language, allowed, "Change one of them.")
     return _LANGUAGES[language][0]
