@@ -205,11 +205,9 @@ def check_map_files(files: Sequence[Path] | None, torque: str | None) -> None:
         if path.suffix.lower() not in MAP_FILES:
             raise InputError("model", str(path), f"a file name ending in {', '.join(MAP_FILES)}")
         console.check_outputs({"model": path})
-        if torque and path.suffix.lower() == ".vtlm":
-            from efficiency.conditions.duty import SIGNED
-            from efficiency.vehicle.map_files import check_both_signs
-
-            check_both_signs(SIGNED["torque"].check_list(torque, "torque"))
+        if path.suffix.lower() == ".vtlm" and torque and "-" not in torque:  # before the map is computed
+            allowed = "torques of drive and coast, which VECTO requires, such as '-300:300:7 N m'"
+            raise InputError("torque", torque, allowed)
 
 
 def write_map(found: Any, files: Sequence[Path] | None) -> None:

@@ -18,14 +18,6 @@ from regression.export.printer import number_rows
 VECTO_HEAD = "Input Speed [rpm],Input Torque [Nm],Torque Loss [Nm]"
 
 
-def check_both_signs(torques: Sequence[float] | FloatArray) -> None:
-    """Raise an `InputError` unless the torques are those of drive and coast, as VECTO requires."""
-    low, high = min(torques), max(torques)
-    if not low < 0.0 < high:
-        hint = "VECTO requires drive and coast: add torques of the other sign, such as '-300:300:7 N m'."
-        raise InputError("torque", quantity("torque").span(low, high), "negative and positive torques", hint)
-
-
 def vecto(found: LossMap, path: Path) -> str:
     """Loss map of VECTO for a gear or an axle.
 
@@ -33,7 +25,10 @@ def vecto(found: LossMap, path: Path) -> str:
     0 rpm, with a comment in its first line.
     """
     torques = found.torques
-    check_both_signs(torques)
+    if not torques[0] < 0.0 < torques[-1]:
+        of = quantity("torque")
+        hint = "VECTO requires drive and coast: add torques of the other sign, such as '-300:300:7 N m'."
+        raise InputError("torque", of.span(torques[0], torques[-1]), "negative and positive torques", hint)
     rpm = quantity("speed").to_display(found.speeds)
     losses = found.values()
     rows = [
