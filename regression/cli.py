@@ -25,7 +25,6 @@ from ehl.common.console import (
     reason_text,
     working,
 )
-from ehl.common.progress import duration
 
 
 def fit(
@@ -54,22 +53,10 @@ def fit(
     json_output: Annotated[bool, typer.Option("--json", help="Print the content of the formula file.")] = False,
 ) -> None:
     """Fit a friction formula to the results of one or more sweeps, with its errors."""
-    from regression.fitting.fit import expected_seconds
-    from regression.fitting.rows import MAX_POINTS
-    from regression.formula import check_family
-    from regression.friction.families import FAMILIES
-    from regression.friction.fitted import NETWORK
-
     check_outputs({"output": output, "plot": plot, "report": report}, output=".json")
-    check_family(family, nested)
-    with working("reading of the results"):
-        dataset = regression.load_dataset(*runs)
-    count = len(dataset.frame)
-    seconds = expected_seconds((*FAMILIES, NETWORK) if family == "best" else (family,), min(count, MAX_POINTS))
-    typer.echo(f"fit of {count} contacts: about {duration(seconds)} of processor time", err=True)
     with working("fit"):
         formula = regression.fit(
-            dataset, family, corners=corners, nested=nested, paths=paths, noise=noise, oil=oil, jobs=jobs
+            runs, family, corners=corners, nested=nested, paths=paths, noise=noise, oil=oil, jobs=jobs
         )
     formula.save(output)
     formula.write(plot=plot, report=report)

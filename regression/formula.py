@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 import os
 import re
 from dataclasses import dataclass
@@ -19,7 +20,7 @@ from ehl.common.data import data_names, data_path
 from ehl.common.errors import InputError, check_choice, same_name
 from ehl.common.files import write_file
 from ehl.common.pages import Reportable
-from ehl.common.progress import report_progress
+from ehl.common.progress import duration, report_progress
 from ehl.common.runner import checked_jobs
 from ehl.common.sections import Medium, Section
 from ehl.common.threads import one_thread
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
     from regression.data.dataset import Dataset
     from regression.fitting.rows import Results
 
+_LOG = logging.getLogger("mixed_ehl")
 ANY_OIL = "gear"  # the shipped formula of all shipped oils, for oils without their own
 
 
@@ -233,13 +235,6 @@ class Formula(FittedFormula, Reportable):
 
 
 @one_thread
-def check_family(family: str, nested: bool) -> None:
-    """Check the arguments of `fit` that need no data."""
-    check_choice("family", family, ("best", NETWORK, *FAMILIES))
-    if family != "best" and nested:
-        raise InputError("nested", family, "family 'best'", "nested concerns the choice between families.")
-
-
 def fit(
     results: Results,
     family: str = "best",
@@ -295,10 +290,14 @@ def fit(
     'power_law'
     """
     from regression.fitting.fit import expected_seconds, fit_families, fit_formula
-    from regression.fitting.rows import dataset_of
+    from regression.fitting.rows import MAX_POINTS, dataset_of
 
-    check_family(family, nested)
-    dataset = dataset_of(results)
+    check_choice("family", family, ("best", NETWORK, *FAMILIES))
+    if family != "best" and nested:
+        raise InputError("nested", family, "family 'best'", "nested concerns the choice between families.")
+    dataset, tried = dataset_of(results), (*FAMILIES, NETWORK) if family == "best" else (family,)
+    seconds = expected_seconds(tried, min(len(dataset), MAX_POINTS))
+    _LOG.info("fit of %d contacts: about %s of processor time", len(dataset), duration(seconds))
     checks: Any = {
         "paths": None if paths is None else dataset_of(paths),
         "noise": None if noise is None else dataset_of(noise),
@@ -308,9 +307,8 @@ def fit(
     if family == "best":
         found = fit_families(dataset, corners=corners, nested=nested, **checks)
     else:
-        report_progress("formulas", 0, 1, expected_seconds([family], len(dataset.frame)))
+        report_progress("formulas", 0, 1, seconds)
         found = (fit_formula(dataset, family, corners=corners, **checks),)
-    tried = (*FAMILIES, NETWORK) if family == "best" else (family,)
     return Formula.of(found[0], FitRecord(found, tried, dataset))
 
 
