@@ -198,7 +198,10 @@ _StateOptions: Any = shared.group(
     friction=shared.text_option("Friction model as in mixed-ehl gear."),
 )
 _StateConditions: Any = shared.group(
-    **{name: option for name, option in shared.CONDITIONS.items() if name != "side"}, bulk=shared.BulkOption
+    **{name: option for name, option in shared.CONDITIONS.items() if name not in ("side", "temperature", "oil")},
+    temperature=shared.text_option("Oil temperature with its unit: '80 degC'."),
+    oil=shared.text_option("Oil card; default: that of the design."),
+    bulk=shared.BulkOption,
 )
 
 

@@ -69,6 +69,7 @@ class SteadyResult:
     flow: float  # mass flow over (rho0 u_r) = rho/rho0 h at dp/dx = 0 [m]
     film_central_error: float
     film_min_error: float
+    pressure_max_error: float
     friction_error: float
     iterations: int
     nodes: int
@@ -206,6 +207,7 @@ def steady_result(
         film_central_error=relative.film_central,
         film_min_error=relative.film_min,
         friction_error=friction_error,
+        pressure_max_error=relative.pressure_max,
         iterations=report.iterations,
         nodes=fine.x.size,
         mass_residual=fine.mass_residual,
@@ -223,6 +225,6 @@ def _failed(reason: str, report: PathReport, fallbacks: list[str]) -> SteadyResu
     empty = np.zeros(0)
     return SteadyResult(
         "failed", reason, empty, empty, empty, empty, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
-        math.inf, math.inf, math.inf, report.iterations, 0, math.inf, math.inf, 0.0, 0.0,
+        math.inf, math.inf, math.inf, math.inf, report.iterations, 0, math.inf, math.inf, 0.0, 0.0,
         tuple(dict.fromkeys(fallbacks)),
     )  # fmt: skip
