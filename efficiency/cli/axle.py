@@ -34,7 +34,7 @@ def loss_map(
     files: shared.TableOptions,
 ) -> None:
     """Torque loss over pinion torque and speed, drive and coast, for vehicle simulation."""
-    shared.check_map_files(model, torque)
+    shared.check_map_files(model)
     losses = _axle(axle)
     with working("loss map"):
         pair = efficiency.load(design)
@@ -105,7 +105,7 @@ def axle(
 
     With --temperature balance, the oil temperature follows from the heat balance of loss, housing and cooler.
     """
-    shared.check_map_files(model, point.get("torque"))
+    shared.check_map_files(model)
     application = shared.one_of("test", test, "single", "tandem")
     of_map = any(is_list(point.get(name, "")) for name in ("torque", "speed", "temperature"))
     if model and not of_map:

@@ -199,15 +199,12 @@ MapFileOption = Annotated[
 ]
 
 
-def check_map_files(files: Sequence[Path] | None, torque: str | None) -> None:
-    """Raise an `InputError` for map files that cannot be written, for a list of torques."""
+def check_map_files(files: Sequence[Path] | None) -> None:
+    """Raise an `InputError` for map files that cannot be written."""
     for path in files or ():
         if path.suffix.lower() not in MAP_FILES:
             raise InputError("model", str(path), f"a file name ending in {', '.join(MAP_FILES)}")
         console.check_outputs({"model": path})
-        if path.suffix.lower() == ".vtlm" and torque and "-" not in torque:  # before the map is computed
-            allowed = "torques of drive and coast, which VECTO requires, such as '-300:300:7 N m'"
-            raise InputError("torque", torque, allowed)
 
 
 def write_map(found: Any, files: Sequence[Path] | None) -> None:

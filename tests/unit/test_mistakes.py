@@ -155,7 +155,7 @@ OPTIONS: dict[str, tuple[tuple[Any, ...], dict[str, str], str]] = {
         --model=x.csv; --model=x.vtlm"""),
     "misalignment": (("misalignment", PAIR), {"--E": "0, 0.1 mm"}, """
         --E=0.1; --P=1 deg; --shaft-angle-error=1 mm; --side=up; --G=0.1; --marking=6; --E=0, 5 mm;
-        --speed=1000 rpm"""),
+        --speed=1000 rpm; --samples=-1; --samples=2 --accuracy-grade=12"""),
     # of the sizing, which is not requested
     "settings": (("settings", "fh_hypoid_9x34"), {}, "--torque=100 N m; --coast-torque=100 N m; --E=0.1 mm"),
     "axle-test": (("axle-test", PAIR), {}, """
