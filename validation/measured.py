@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 from common import OUT, command_line, write_rows
 from measured_figures import draw_film, draw_low_slip, draw_oils
+from roughness_effects import lay, over_smooth
 
 import ehl
 from ehl.common.data import data_path
@@ -304,6 +305,23 @@ def thick_film() -> list[Row]:
     ]  # fmt: skip
 
 
+def marks_and_films() -> list[Row]:
+    """Direction of the grinding marks, and rough over smooth contacts in mixed and full film."""
+    given, direction = measured("roughness_over_smooth"), measured("grinding_direction")
+    remark = "1 GPa, 80 degC, 2 m/s, slip 0.5, isotropic"
+    rows = [
+        Row("finish", "marks along/across the motion, discs", "", *[direction["friction_ratio"]] * 2,
+            *spread(row["along"] / row["across"] for row in lay()), direction["mark"],
+            "fva3 and 75w90, 1 GPa, 80 degC, slip 0.2, film ratio 0.5 to 3.1; states of the rig not readable")
+    ]  # fmt: skip
+    for family, oil, low, high in (("mineral oil", "minr", 1.0, math.inf), ("PAO", "paor", 1.0, math.inf),
+                                   ("polyglycol", "pagd", 0.0, 1.0)):  # fmt: skip
+        ratios = [row["over_smooth"] for row in over_smooth((oil,), (None,))]
+        quantity = f"rough/smooth at film ratio 0.5 to 3.5, {family}"
+        rows.append(Row("finish", quantity, "", low, high, *spread(ratios), given["mark"], remark))
+    return rows
+
+
 def boundary() -> list[Row]:
     """Default boundary friction, and how friction grows with a thicker boundary film."""
     default = SurfaceInput().boundary_friction
@@ -458,7 +476,9 @@ def main(argv: Sequence[str] | None = None) -> list[Row]:
     slip_rows, slip_curves = low_slip()
     oil_rows, oil_ratios = bearing_oils()
     rows = [*film_rows, *slip_rows, *oil_rows, *family_order()]
-    more: tuple[Callable[[], list[Row]], ...] = (gear_oils, superfinished, thick_film, boundary, viscosity, gears)
+    more: tuple[Callable[[], list[Row]], ...] = (
+        gear_oils, superfinished, thick_film, marks_and_films, boundary, viscosity, gears,
+    )  # fmt: skip
     rows += [row for case in more for row in case()]
     draw_film(film_curves, options.out / "measured_film.png")
     draw_low_slip(slip_curves, options.out / "measured_low_slip.png")
