@@ -42,8 +42,8 @@ class ContactResult(Reportable):
     Parameters
     ----------
     status : str
-        "converged"; "unsettled": usable, but an error exceeds four tolerances; "failed": there is no result and
-        all numbers are nan.
+        "converged"; "unsettled": usable, but an error that another input or setting may reduce exceeds four
+        tolerances; "failed": there is no result and all numbers are nan.
     reason : str
         Cause of the status: empty when converged, else a reason of the solver or one of
 
@@ -54,7 +54,8 @@ class ContactResult(Reportable):
           tolerance to mu
         - "thermal_rounds" (unsettled): film and heat would change by more than the tolerance in further rounds
         - "mesh_error" (unsettled): the mesh error of mu is four times the tolerance or more
-        - "beyond_laws" (unsettled): the error by limits of the model (notes) is four times the tolerance or more
+        - "beyond_laws" (unsettled): the error by limits of the model (notes), without that of marks along the motion,
+          is four times the tolerance or more
         - "film_above_radius": a film above a tenth of the radius, beyond the validity of the Reynolds equation
         - "work_limit": a rough contact that would take far more work than its accuracy allows
     friction_coefficient, friction_fluid, friction_asperity : float

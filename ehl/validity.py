@@ -1,7 +1,7 @@
 """Validity of a contact result: rejected results, and limits of the model with their errors.
 
 `checked` is applied to every result. A `Limit` is a note with its parts of the errors of mu and film; the status
-follows from their sum.
+follows from the sum of those that count.
 """
 
 import math
@@ -54,6 +54,7 @@ class Limit:
     friction: float = 0.0
     film: float = 0.0
     decisive: bool = False  # whether this limit alone makes a result unsettled
+    counts: bool = True  # towards the status; not what neither another input nor another setting changes
 
 
 def checked(result: ContactResult, problem: ContactProblem, *, rounds_left: bool = False) -> ContactResult:
@@ -84,7 +85,8 @@ def checked(result: ContactResult, problem: ContactProblem, *, rounds_left: bool
         return replace(found, status="unsettled", reason="mesh_error")
     if rounds_left and found.transient is None and found.mesh_error > tolerance:
         return replace(found, status="unsettled", reason="thermal_rounds")
-    if beyond > ERROR_ALLOWED * tolerance or any(limit.decisive for limit in limits):
+    counted = sum(limit.friction for limit in limits if limit.counts)
+    if counted > ERROR_ALLOWED * tolerance or any(limit.decisive for limit in limits):
         return replace(found, status="unsettled", reason="beyond_laws")
     return found
 
@@ -174,7 +176,7 @@ def limits_of(result: ContactResult, problem: ContactProblem) -> Iterator[Limit]
             f"Peklenik number {gamma:.2g}, marks along the motion: compared with three two-dimensional solutions only; "
             f"an uncertainty of mu of {100.0 * error:.0f} % is included in the error"
         )
-        yield Limit(note if error > NOTED else "", error)
+        yield Limit(note if error > NOTED else "", error, counts=False)
     if result.heat is not None:
         yield from _limits_of_heat(result, problem)
     if problem.model.thermal != "off":

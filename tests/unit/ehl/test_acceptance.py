@@ -23,7 +23,7 @@ from ehl.result import ContactResult
 from ehl.smooth.solver import solve_steady
 from ehl.uncertainty.contact_design import uncertain_contact_inputs
 from ehl.uncertainty.spread import UncertaintyInput
-from ehl.validity import _limits_of_heat, friction_above_limit_temperature, limits_of, rejection_reason
+from ehl.validity import _limits_of_heat, checked, friction_above_limit_temperature, limits_of, rejection_reason
 
 
 @pytest.fixture(scope="module")
@@ -168,6 +168,7 @@ def test_friction_above_the_shear_strength_of_liquids_is_an_error(good: ContactR
     found = [limit for limit in limits_of(strong, good.problem) if "shear strength" in limit.note]
     assert [limit.friction for limit in found] == pytest.approx([0.5], rel=1e-12)
     assert plain < 0.01
+    assert checked(strong, good.problem).reason == "beyond_laws"
 
 
 @pytest.mark.parametrize(
@@ -180,7 +181,7 @@ def test_friction_above_the_shear_strength_of_liquids_is_an_error(good: ContactR
         (1.0, 0.36, 0.64, 0.0),
     ],
 )
-def test_marks_along_the_motion_widen_the_error(good, gamma, share, asperities, error):
+def test_marks_along_the_motion_widen_the_error_alone(good, gamma, share, asperities, error):
     problem = replace(good.problem, surface=good.problem.surface.model_copy(update={"peklenik_number": gamma}))
     found = replace(good, asperity_load_share=share, friction_asperity=asperities * good.friction_coefficient)
     plain = sum(limit.friction for limit in limits_of(good, good.problem))
@@ -189,6 +190,8 @@ def test_marks_along_the_motion_widen_the_error(good, gamma, share, asperities, 
     limits = list(limits_of(found, problem))
     assert sum(limit.friction for limit in limits) - plain == pytest.approx(error, abs=1e-12)
     assert any("Peklenik number" in limit.note for limit in limits) is (error > 0.0)
+    stated = checked(found, problem)
+    assert (stated.status, stated.friction_error) == ("converged", pytest.approx(found.friction_error + plain + error))
 
 
 def test_laws_of_the_oil_beyond_their_measurements_widen_the_interval() -> None:
