@@ -95,6 +95,9 @@ def oil(
     generic: dict[str, Any] = shared.given(
         {"nu_40": nu40, "nu_100": nu100, "iso_vg": vg, "viscosity_index": vi, "density_15": density}
     )
+    for field, unit in (("nu_40", "m^2/s"), ("nu_100", "m^2/s"), ("density_15", "kg/m^3")):
+        if field in generic:
+            shared.parse_quantity(generic[field], unit, field=field, bare=False)
     if base is not None or generic:
         if base is None or name is not None:
             hint = "Give NAME, or --base with --vg or two of --nu40, --nu100 and --vi."

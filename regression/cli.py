@@ -16,6 +16,7 @@ from ehl.common.console import (
     JsonOption,
     advanced,
     check_outputs,
+    counted,
     given,
     names_of,
     pairs,
@@ -276,8 +277,8 @@ def sweep_run(
         result = regression.sweep(content, run, **options)
     print_text("\n".join(report.to_text() for report in result.reports))
     if result.unanswered:
-        cases = "1 case has" if result.unanswered == 1 else f"{result.unanswered} cases have"
-        typer.echo(f"{cases} no result: `mixed-ehl sweep status {run} --failed` lists them", err=True)
+        cases = counted(result.unanswered, "case")
+        typer.echo(f"{cases} without a result: `mixed-ehl sweep status {run} --failed` lists them", err=True)
         raise typer.Exit(1)
 
 
@@ -304,4 +305,4 @@ def sweep_merge(
     """Merge all shards of a run into one file, sorted by case key."""
     check_outputs({"target": target})
     count = regression.Run(run).merge(target, compress=compress, complete=complete)
-    typer.echo(f"{target}: {count} cases")
+    typer.echo(f"{target}: {counted(count, 'case')}")

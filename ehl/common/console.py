@@ -32,9 +32,11 @@ from ehl.common.data import shipped
 from ehl.common.errors import InputError, MixedEhlError
 from ehl.common.files import FIGURE, PAGE, make_folder, write_file
 from ehl.common.progress import Progress, duration, progress_to
+from ehl.common.progress import counted as counted
 from ehl.common.terminal import print_text as print_text
 from ehl.common.terminal import wrapped
 from ehl.common.units import is_list as is_list
+from ehl.common.units import parse_quantity as parse_quantity
 from ehl.common.version import __version__
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
@@ -60,6 +62,7 @@ _OPTIONS = {
     "store": "output",
     "tasks": "slurm",
     "variable": "vary",
+    "viscosity_index": "vi",
     "temperature_oil": "temperature",
     "temperatures": "temperature",
 }
@@ -138,8 +141,8 @@ class Command(typer.core.TyperCommand):
 
 
 def _texts(value: object) -> list[str]:
-    """The value of an option, or each of its values, as text."""
-    return [str(one) for one in (value if isinstance(value, list | tuple) else [value])]
+    """The value of an option that is no flag, or each of its values, as text."""
+    return [str(one) for one in (value if isinstance(value, list | tuple) else [value]) if not isinstance(one, bool)]
 
 
 @contextmanager

@@ -120,7 +120,7 @@ def check_choice(field: str, value: object, known: Iterable[str], hint: str = ""
 def check_count(field: str, value: object, least: int, most: int, hint: str = "", *, even: bool = False) -> None:
     """Raise an `InputError` unless a value is a whole number, with `even` an even one, within two ends."""
     try:
-        number = operator.index(cast("SupportsIndex", value))
+        number = least - 1 if isinstance(value, bool) else operator.index(cast("SupportsIndex", value))
     except TypeError:
         number = least - 1
     if not least <= number <= most or (even and number % 2):

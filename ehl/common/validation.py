@@ -116,12 +116,26 @@ class InputModel(BaseModel):
     @classmethod
     def _in_any_case(cls, values: Any, handler: Callable[[Any], Self]) -> Self:
         try:
-            return handler(values)
+            found = handler(values)
         except ValidationError as error:
             corrected = _with_exact_words(values, error)
             if corrected is values:
                 raise
-            return handler(corrected)
+            found = handler(corrected)
+        # pydantic reads true as the number 1
+        for name, value in values.items() if isinstance(values, dict) else ():
+            if _boolean_as_number(value, getattr(found, name, None)):
+                raise InputError(name, value, locate_field(cls, (name,)).expected or "a number")
+        return found
+
+
+def _boolean_as_number(given: Any, read: Any) -> bool:
+    """Whether ``true`` or ``false``, also inside a list or table, was read as a number."""
+    if isinstance(given, dict):
+        return isinstance(read, dict) and any(_boolean_as_number(value, read.get(key)) for key, value in given.items())
+    if isinstance(given, (list, tuple)):
+        return isinstance(read, (list, tuple)) and any(map(_boolean_as_number, given, read))
+    return isinstance(given, bool) and isinstance(read, (int, float)) and not isinstance(read, bool)
 
 
 Model = TypeVar("Model", bound=BaseModel)

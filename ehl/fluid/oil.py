@@ -410,8 +410,7 @@ class Oil(InputModel, Reportable):
 
     @model_validator(mode="after")
     def _possible(self) -> Self:
-        names = ("viscosity_kinematic_40", "viscosity_kinematic_100")
-        check_viscosities(self.viscosity_kinematic_40, self.viscosity_kinematic_100, *names)
+        check_viscosities(self.viscosity_kinematic_40, self.viscosity_kinematic_100, "viscosity_kinematic_100")
         if not isinstance(self.viscosity, WaltherViscosity):
             oil_laws.check_rising(self.viscosity, self.temperature_valid, self.pressure_valid)
         by_constants = isinstance(self.pressure_viscosity, oil_laws.ModulusAlpha)
@@ -460,5 +459,8 @@ def _load_card(name: str, changed: int) -> Oil:
     generic = generic_name(name)
     if generic is not None:
         return validate(Oil, generic_card(**generic), name)
+    if name.lower().replace(":", " ").partition(" ")[0] in OIL_FAMILIES:
+        allowed = "cSt at 40 and 100 degC 'pao 97.5/13.3', one of them and the index 'pao 97.5 vi 145', or 'pao vg 220'"
+        raise InputError("oil", name, allowed, "Numbers have a decimal point.")
     also = "; a generic oil such as 'pao 97.5/13.3' or 'mineral vg 220'; or the path of a card ending in .toml"
     return load_shipped(Oil, "oils", name, "oil", also)

@@ -95,10 +95,8 @@ LEVEL_TEMPERATURE = 80.0 + KELVIN  # temperature of the secant of a family [K]
 STRESS_TEMPERATURE = 40.0 + KELVIN  # of tau00 [K]
 TEMPERATURES = (20.0 + KELVIN, 150.0 + KELVIN)
 ISO_VG = (10, 15, 22, 32, 46, 68, 100, 150, 220, 320, 460, 680, 1000, 1500)
-_NAME = re.compile(
-    r"(?P<base>[a-z]+)[ :]+(?:(?:(?:iso )?vg ?(?P<vg>\d+)|(?P<nu>[\d.]+))(?:[ ,]+vi ?(?P<vi>[\d.]+))?"
-    r"|(?P<nu_40>[\d.]+) ?/ ?(?P<nu_100>[\d.]+))"
-)
+_CST = r"(\d*\.?\d+)(?: ?cst)?"
+_NAME = re.compile(rf"([a-z]+)[ :]+(?:(?:(?:iso )?vg ?(\d+)|{_CST})(?:[ ,]+vi ?(\d*\.?\d+))?|{_CST} ?/ ?{_CST})")
 
 
 @dataclass(frozen=True)
@@ -230,7 +228,7 @@ def generic_card(
         viscosity_40, viscosity_100 = iso_vg * 1e-6, scale * iso_vg**exponent * 1e-6
     assert viscosity_40 is not None
     assert viscosity_100 is not None
-    check_viscosities(viscosity_40, viscosity_100, "nu_40", "nu_100")
+    check_viscosities(viscosity_40, viscosity_100, "nu_100")
     density, coefficient = density_15 or family.density_15, -6.75e-4
     scale, exponent = family.secant
     secant = scale * (1e6 * walther_1931(LEVEL_TEMPERATURE, viscosity_40, viscosity_100)) ** exponent
@@ -268,14 +266,17 @@ def generic_card(
     }
 
 
-def check_viscosities(viscosity_40: float, viscosity_100: float, name_40: str, name_100: str) -> None:
-    """Check that the viscosity decreases with temperature, and that the Walther equation applies."""
+def check_viscosities(viscosity_40: float, viscosity_100: float, field: str) -> None:
+    """Check that the viscosity decreases with temperature, and that the Walther equation applies.
+
+    field: name of the viscosity at 100 degC.
+    """
     if not viscosity_100 < viscosity_40:
-        allowed = f"below {name_40}, {1e6 * viscosity_40:.6g} cSt"
+        allowed = f"below the viscosity at 40 degC, {1e6 * viscosity_40:.6g} cSt"
         hint = "Are the two exchanged?" if viscosity_100 > viscosity_40 else ""
-        raise InputError(name_100, f"{1e6 * viscosity_100:.6g} cSt", allowed, hint)
+        raise InputError(field, f"{1e6 * viscosity_100:.6g} cSt", allowed, hint)
     if not viscosity_100 > 0.5e-6:
-        raise InputError(name_100, f"{1e6 * viscosity_100:.6g} cSt", "above 0.5 cSt", "Write the unit: '13.3 cSt'.")
+        raise InputError(field, f"{1e6 * viscosity_100:.6g} cSt", "above 0.5 cSt", "Write the unit: '13.3 cSt'.")
 
 
 def generic_name(name: str) -> dict[str, Any] | None:
@@ -283,11 +284,11 @@ def generic_name(name: str) -> dict[str, Any] | None:
     match = _NAME.fullmatch(name.strip().lower())
     if match is None:
         return None
-    found = match.groupdict()
-    index = {} if found["vi"] is None else {"viscosity_index": float(found["vi"])}
-    if found["vg"] is not None:
-        return {"base": found["base"], "iso_vg": int(found["vg"]), **index}
-    if found["nu"] is not None:
-        return {"base": found["base"], "viscosity_40": 1e-6 * float(found["nu"]), **index} if index else None
-    viscosities = {f"viscosity_{at}": 1e-6 * float(found[f"nu_{at}"]) for at in ("40", "100")}
-    return {"base": found["base"], **viscosities}
+    base, iso_vg, nu, index, *both = match.groups()
+    if both != [None, None]:
+        low, high = (1e-6 * float(value) for value in both)
+        return {"base": base, "viscosity_40": low, "viscosity_100": high}
+    given: dict[str, Any] = {} if index is None else {"viscosity_index": float(index)}
+    if iso_vg is not None:
+        return {"base": base, "iso_vg": int(iso_vg), **given}
+    return {"base": base, "viscosity_40": 1e-6 * float(nu), **given} if given else None

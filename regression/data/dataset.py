@@ -17,7 +17,7 @@ from ehl.common.data import counted_reasons, data_names, named_file
 from ehl.common.errors import InputError
 from ehl.common.files import replacing
 from ehl.common.pages import TableResult, Tabular
-from ehl.common.progress import duration
+from ehl.common.progress import counted, duration
 from ehl.common.quantities import quantity
 from ehl.common.sections import Head, Medium, Section
 from ehl.common.table import Column, Table
@@ -138,8 +138,9 @@ class Dataset(TableResult, Tabular):
         c = self.to_dict()
         low, high = c["ranges"]["friction_coefficient"]
         return (
-            f"Dataset {self.plan_name!r}: {c['cases']} cases ({c['converged']} converged, {c['unsettled']} unsettled, "
-            f"{c['failed']} failed), {', '.join(self.oils) or 'lubricant by numbers'}, {self.solver_version}; "
+            f"Dataset {self.plan_name!r}: {counted(c['cases'], 'case')} ({c['converged']} converged, "
+            f"{c['unsettled']} unsettled, {c['failed']} failed), "
+            f"{', '.join(self.oils) or 'lubricant by numbers'}, {self.solver_version}; "
             f"friction_coefficient {low:.4f} to {high:.4f}"
         )
 
@@ -314,7 +315,8 @@ class RunStatus(TableResult):
     finished: int  # distinct cases on disk
     failed: tuple[FailedCase, ...]  # cases without a result, by reason
     shards: tuple[ShardStatus, ...]  # one per file
-    longest: float = 0.0  # processor time of the longest case [s]
+    seconds: float  # processor time of these cases [s]
+    longest: float  # and of the longest one [s]
 
     @property
     def complete(self) -> bool:
@@ -328,21 +330,20 @@ class RunStatus(TableResult):
 
     def table(self) -> Table:
         """One row per result file."""
-        seconds = sum(shard.seconds for shard in self.shards)
         rows = [
             (s.path.name, s.finished, s.converged, s.unsettled, counted_reasons(s.failed) or 0, s.seconds)
             for s in self.shards
         ]
         columns = ("file", "finished", "converged", "unsettled", "failed", Column("seconds_cpu", label="CPU time"))
-        title = f"{self.plan_name}: {self.finished} of {self.planned} cases"
-        note = f"CPU time of all cases {duration(seconds)}, of the longest {duration(self.longest)}"
+        title = f"{self.plan_name}: {self.finished} of {counted(self.planned, 'case')}"
+        note = f"CPU time of all cases {duration(self.seconds)}, of the longest {duration(self.longest)}"
         return Table(columns, rows, title=title, notes=(note,))
 
     def failed_table(self) -> Table:
         """One row per case without a result: reason, key, attempts, conditions, wall time."""
         shown = [Column(name, label=quantity(name).symbol, digits=3) for name in _WHERE]
         rows = [(c.reason, c.key[:12], c.attempts, *c.conditions.values(), c.seconds) for c in self.failed]
-        title = f"{len(self.failed)} failed cases"
+        title = counted(len(self.failed), "failed case")
         return Table(("reason", "key", "attempts", *shown, Column("seconds", label="t")), rows, title=title)
 
     def sections(self, medium: Medium = "page", *args: Any, **options: Any) -> list[Section]:
@@ -364,14 +365,14 @@ _OF_STATUS = (
 def run_status(run: Path) -> RunStatus:
     """Progress of a run, which may still be in progress.
 
-    Raises `InputError`: there are no results, or a file cannot be read.
+    Raises `InputError`: there are no results, a file cannot be read, or the files belong to different runs.
     """
     shards, parts = [], []
-    for path in result_files.run_files(run):
-        meta, rows = result_files.read_file(path)
+    files = result_files.files_of_one_run(run)
+    for path, (_, rows) in files.items():
         frame = result_files.table_of(rows, _OF_STATUS)
-        counts = frame["status"].value_counts()
-        converged, unsettled = (int(counts.get(status, 0)) for status in ("converged", "unsettled"))
+        found = frame["status"].value_counts()
+        converged, unsettled = (int(found.get(status, 0)) for status in ("converged", "unsettled"))
         failed = frame.loc[frame["status"] == "failed", "reason"].value_counts()
         reasons = {str(reason): int(count) for reason, count in failed.items()}
         seconds = float(frame["seconds_cpu"].sum())
@@ -383,5 +384,7 @@ def run_status(run: Path) -> RunStatus:
         FailedCase(r["key"], r["reason"], int(r["attempts"]), r["seconds"], {name: r[name] for name in _WHERE})
         for r in every[every["status"] == "failed"].sort_values(["reason", "key"]).to_dict("records")
     )
-    longest = float(every["seconds_cpu"].max()) if len(every) else 0.0
-    return RunStatus(str(meta["plan_name"]), int(meta["count"]), len(every), failures, tuple(shards), longest)
+    seconds, longest = (float(times) for times in every["seconds_cpu"].agg(["sum", "max"]).fillna(0.0))
+    meta = files[shards[0].path][0]
+    counts = int(meta["count"]), len(every)
+    return RunStatus(str(meta["plan_name"]), *counts, failures, tuple(shards), seconds, longest)

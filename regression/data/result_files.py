@@ -158,15 +158,21 @@ def read_run(run: Path) -> tuple[dict[str, Any], Rows]:
 
     Raises `InputError`: there are no results, or the files belong to different runs.
     """
-    files = run_files(run)
-    (meta, rows), *others = [read_file(path) for path in files]
-    for path, (other, _) in zip(files[1:], others, strict=True):
-        if what := _difference(other, meta):
-            hint = f"One of them contains results of {what}; use one folder per run."
-            raise InputError("run", str(run), f"files of one run ({files[0].name}, {path.name})", hint)
-    if others or files[0].suffix == JOURNAL:
-        rows = one_row_per_case([rows, *(found for _, found in others)])
+    files = files_of_one_run(run)
+    (first, (meta, rows)), *others = files.items()
+    if others or first.suffix == JOURNAL:
+        rows = one_row_per_case([found for _, found in files.values()])
     return {name: meta.get(name) for name in ("schema", "writer", "plan", *_SHARED)}, rows
+
+
+def files_of_one_run(run: Path) -> dict[Path, tuple[dict[str, Any], Rows]]:
+    """Attributes and rows of every file of a run; `InputError` as in `read_run`."""
+    (first, *others) = files = {path: read_file(path) for path in run_files(run)}
+    for path in others:
+        if what := _difference(files[path][0], files[first][0]):
+            hint = f"One of them contains results of {what}; use one folder per run."
+            raise InputError("run", str(run), f"files of one run ({first.name}, {path.name})", hint)
+    return files
 
 
 def one_row_per_case(parts: Sequence[Rows]) -> Rows:

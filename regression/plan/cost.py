@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import check_count
-from ehl.common.progress import duration
+from ehl.common.progress import counted, duration
 from ehl.common.runner import MAX_JOBS, granted_workers
 from ehl.common.units import ValueRange
 from ehl.inputs import ModelInput
@@ -58,15 +58,14 @@ class CostEstimate:
         """The estimate as text, with the wall time for a number of workers (default: all processors)."""
         jobs = granted_workers() if jobs is None else jobs
         check_count("jobs", jobs, 1, MAX_JOBS)
-        rough = f", {self.rough} of them transient rough contacts" if self.rough else ""
-        lines = [f"{self.plan}: {self.cases} cases ({self.accuracy}){rough}"]
+        rough = f", {self.rough} of them rough and transient" if self.rough else ""
+        lines = [f"{self.plan}: {counted(self.cases, 'case')} ({self.accuracy}){rough}"]
         for name, share in sorted(self.rejected.items(), key=lambda item: -item[1]):
             lines.append(f"  {100.0 * share:.0f} % of the points drawn lie outside constraints.{name}")
-        workers = f"{jobs} {'worker' if jobs == 1 else 'workers'}"
         longest = duration(self.longest) if self.longest >= 1.0 else "under 1 s"
         lines.append(
-            f"about {duration(self.seconds)} of CPU time, {duration(self.wall(jobs))} with {workers}, longest "
-            f"case {longest}; the estimate for a single case is accurate within a factor of two, rarely five"
+            f"about {duration(self.seconds)} of CPU time, {duration(self.wall(jobs))} with {counted(jobs, 'worker')}, "
+            f"longest case {longest}; the estimate for a single case is accurate within a factor of two, rarely five"
         )
         return "\n".join(lines)
 

@@ -27,6 +27,7 @@ from ehl.common.data import named_file
 from ehl.common.errors import InputError
 from ehl.common.files import parse_json, parse_toml
 from ehl.common.pages import Reportable
+from ehl.common.progress import counted
 from ehl.common.sections import Head, Medium, Section
 from ehl.common.table import Table
 from ehl.common.table_reader import Column, read_columns
@@ -304,8 +305,8 @@ class Plan(InputModel, Reportable):
         oil = self.lubricant.get("oil")
         if oil is None:
             return ()
-        names = tuple(str(name) for name in oil) if isinstance(oil, (list, tuple)) else (str(oil),)
-        if not names or len(set(names)) < len(names):
+        names = tuple(oil) if isinstance(oil, (list, tuple)) else (oil,)
+        if not names or not all(isinstance(name, str) for name in names) or len(set(names)) < len(names):
             raise InputError("lubricant.oil", oil, "a name, or a list of different names")
         return names
 
@@ -495,7 +496,7 @@ class Plan(InputModel, Reportable):
     def __repr__(self) -> str:
         varied = ", ".join(name for name, axis in self.axes.items() if axis.sampled or len(axis.values) > 1)
         words = f"{', '.join(self.oils) or 'a lubricant by numbers'}; over {varied or 'a table of points'}"
-        return f"Plan {self.name!r}: {self.count} cases, accuracy {self.model.accuracy}; {words}"
+        return f"Plan {self.name!r}: {counted(self.count, 'case')}, accuracy {self.model.accuracy}; {words}"
 
     __str__ = __repr__
 

@@ -12,7 +12,7 @@ import pandas as pd
 from ehl import SOLVER
 from ehl.common.errors import InputError, check_count
 from ehl.common.pages import TableResult
-from ehl.common.progress import ProgressCallback
+from ehl.common.progress import ProgressCallback, counted
 from ehl.common.runner import checked_jobs, cluster
 from ehl.common.sections import Medium, Section
 from ehl.common.threads import one_thread
@@ -132,7 +132,7 @@ class Run(PathLike[str], TableResult):
     def __repr__(self) -> str:
         status = self.status
         failed = f", {len(status.failed)} failed" if status.failed else ""
-        return f"Run {self.path}: {status.plan_name!r}, {status.finished} of {status.planned} cases{failed}"
+        return f"Run {self.path}: {status.plan_name!r}, {status.finished} of {counted(status.planned, 'case')}{failed}"
 
 
 @one_thread

@@ -27,7 +27,7 @@ from ehl.common.data import counted_reasons
 from ehl.common.errors import InputError
 from ehl.common.files import make_folder
 from ehl.common.journal import Journal
-from ehl.common.progress import ProgressCallback, duration, progress_to, report_progress
+from ehl.common.progress import ProgressCallback, counted, duration, progress_to, report_progress
 from ehl.common.runner import Executor, TaskRun, local_executor
 from ehl.fluid.oil import Oil
 from regression.data.result_files import JOURNAL, SAME_RUN, TEXT_WIDTHS, case_status, cases_of_other_files
@@ -111,20 +111,20 @@ class SweepReport:
         """The report as text."""
         unsettled = f"{self.unsettled} unsettled, " if self.unsettled else ""
         lines = [
-            f"{self.path}: {self.total} cases, {self.resumed} found on disk, {self.converged} converged, "
+            f"{self.path}: {counted(self.total, 'case')}, {self.resumed} found on disk, {self.converged} converged, "
             f"{unsettled}{self.failed} failed, {self.seconds:.1f} s"
         ]
-        if self.occupancy is not None:
-            workers = f"{self.workers} {'worker' if self.workers == 1 else 'workers'}"
+        if self.occupancy is not None and self.workers is not None:
+            workers = counted(self.workers, "worker")
             lines.append(
                 f"CPU time of the cases {duration(self.seconds_cpu)}; {workers} spent {100.0 * self.occupancy:.1f} % "
                 "of the time in cases"
             )
         remarks = (
-            (self.corrupt, f"{self.corrupt} rows on disk did not match their checksum and were computed again"),
-            (self.fallback, f"{self.fallback} cases have a result with fallback settings only (column setting)"),
-            (self.truncated, f"{self.truncated} incomplete rows of an interrupted process were computed again"),
-            (self.restarts, f"workers crashed and were replaced {self.restarts} times"),
+            (self.corrupt, f"computed again as the checksum on disk did not match: {counted(self.corrupt, 'row')}"),
+            (self.fallback, f"result with fallback settings only (column setting): {counted(self.fallback, 'case')}"),
+            (self.truncated, f"computed again after an interruption: {counted(self.truncated, 'incomplete row')}"),
+            (self.restarts, f"workers crashed and were replaced: {counted(self.restarts, 'time')}"),
             (self.reasons_unsettled, f"with an error above the tolerance: {counted_reasons(self.reasons_unsettled)}"),
             (self.reasons_failed, f"without a result: {counted_reasons(self.reasons_failed)}"),
         )
