@@ -162,8 +162,7 @@ class ContactResult(Reportable):
     def outcome(self) -> str:
         """Status and reason as text; for an unsettled contact with the error of its friction."""
         if self.status == "unsettled":
-            error = f"{100.0 * self.friction_error:.2g} %"
-            return f"unsettled: {reason_text(self.reason)}; mu has an error of ±{error}, more than the tolerance"
+            return f"unsettled: {reason_text(self.reason)}; error of mu ±{100.0 * self.friction_error:.2g} %"
         return self.status if not self.reason else f"{self.status}: {reason_text(self.reason)}"
 
     def table(self) -> Table:

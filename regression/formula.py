@@ -162,7 +162,7 @@ class Formula(FittedFormula, Reportable):
         path = Path(path)
         text = writer_of(path, language)
         if oil is not None and oil_arguments:
-            raise InputError("oil", oil, "not together with oil_arguments")
+            raise InputError("oil", oil, "no oil if its properties are arguments")
         name = identifier(path)
         program = program_of(self, oil=oil, oil_arguments=oil_arguments, guard=guard)
         write_file(path, text(program, name))

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable, Iterable
+import re
+from collections.abc import Callable, Iterable, Mapping
 from typing import SupportsIndex, cast
 
 _MOST_SHOWN, _MOST_TEXT = 20, 4000  # problems in a message; its length [characters]
@@ -108,6 +109,11 @@ def near(name: object, known: Iterable[str]) -> str:
     given = {text.lower(): text for text in known}
     found = get_close_matches(str(name)[:100].lower(), given, n=2, cutoff=0.65)
     return f"Did you mean {' or '.join(repr(given[text]) for text in found)}?" if found else ""
+
+
+def remedy(name: object, instead: Mapping[str, str]) -> str:
+    """What to give instead of a quantity without an input of its own, from its name without the number of a body."""
+    return instead.get(re.sub(r"_?[12]$", "", str(name).lower()), "")
 
 
 def check_choice(field: str, value: object, known: Iterable[str], hint: str = "") -> None:

@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING, Any
 
 from ehl.common.data import data_rows
 from ehl.common.dialect import MISSING, decimals_of, with_point
-from ehl.common.errors import InputError, near
+from ehl.common.errors import InputError, near, remedy
 from ehl.common.files import read_bytes, read_text
 from ehl.common.units import ValueRange, parse_quantity
 
@@ -77,7 +77,13 @@ class _Head:
 
 
 def read_table(
-    path: Path, quantities: Quantities, required: Sequence[str] = (), *, bare: bool = True, missing: bool = False
+    path: Path,
+    quantities: Quantities,
+    required: Sequence[str] = (),
+    *,
+    bare: bool = True,
+    missing: bool = False,
+    instead: Mapping[str, str] | None = None,
 ) -> tuple[dict[str, Column], tuple[int, ...]]:
     """Columns of a table file, checked and converted to SI, and the number of each row in it, counted from 1.
 
@@ -88,6 +94,7 @@ def read_table(
     bare: whether a number without any unit is in SI units.
     missing: whether rows that hold ``nan``, ``Bad``, ``-999`` or the like are left out; in the table of another program
         also those with an empty cell.
+    instead: remedies for names that are no column (`ehl.common.errors.remedy`).
     Raises `InputError`: the file cannot be read, lacks a column, has an unknown one, or a cell cannot be used; it is
     named.
     """
@@ -103,7 +110,7 @@ def read_table(
     if foreign:
         heads = [_distinct(head) for head in heads]
     else:
-        _check_names(path, heads[0], quantities)
+        _check_names(path, heads[0], quantities, instead or {})
     _require(path, heads[0], required, quantities)
     if not foreign and not workbook:
         _check_width(path, cells, len(heads[0].names))
@@ -359,12 +366,12 @@ def _check_width(path: Path, cells: pd.DataFrame, width: int) -> None:
             )
 
 
-def _check_names(path: Path, head: _Head, quantities: Quantities) -> None:
+def _check_names(path: Path, head: _Head, quantities: Quantities, instead: Mapping[str, str]) -> None:
     known = ", ".join(quantities)
     counts = Counter(head.names)
     for name in head.names:
         if not name.startswith("#") and name not in quantities:
-            hint = f"{near(name, quantities)} A column of notes begins with '#'.".strip()
+            hint = f"{remedy(name, instead) or near(name, quantities)} A column of notes begins with '#'.".strip()
             raise InputError(f"{path.name}, header", name, f"columns named {known}", hint)
         if counts[name] > 1:
             raise InputError(f"{path.name}, header", name, "each column once")

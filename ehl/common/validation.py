@@ -17,7 +17,7 @@ from pydantic import AfterValidator, AliasChoices, BaseModel, ConfigDict, Field,
 from pydantic.fields import FieldInfo
 
 from ehl.common.data import data_names, data_path
-from ehl.common.errors import InputError, near, same_name
+from ehl.common.errors import InputError, near, remedy, same_name
 from ehl.common.files import parse_toml, read_text
 from ehl.common.units import ValueRange
 
@@ -259,8 +259,7 @@ def _problem(complaint: Any, model: type[BaseModel], where: str) -> InputError:
         return stated.changed(placed)
     if kind == "extra_forbidden":
         known = sorted(info.alias or name for name, info in place.owner.model_fields.items())
-        word = re.sub(r"_?[12]$", "", str(place.path[-1]).lower())
-        hint = getattr(place.owner, "instead", {}).get(word) or near(place.path[-1], known)
+        hint = remedy(place.path[-1], getattr(place.owner, "instead", {})) or near(place.path[-1], known)
         hint = f"{hint} Known keys: {', '.join(known)}.".strip()
         return InputError(field, value, "only the documented keys of this table", hint)
     if kind.startswith("union_tag"):

@@ -19,6 +19,7 @@ from pydantic import model_validator
 from ehl.common.arrays import FloatArray, finite_or_none
 from ehl.common.errors import InputError
 from ehl.common.files import toml_text
+from ehl.common.progress import counted
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel, load_shipped, read_toml, validate
 
@@ -201,7 +202,7 @@ class Finish:
         return cls(
             Path(found.name).stem,
             state,
-            f"measured, {found.lines} lines of {found.points} points",
+            f"measured, {counted(found.lines, 'line')} of {found.points} points",
             Figure(value=rms, low=rms / 1.2, high=rms * 1.2, source=source),
             Figure(value=across, low=across / 1.25, high=across * 1.25, source=source),
             Figure(value=skewness, low=skewness - 0.3, high=skewness + 0.3, source=source),

@@ -24,6 +24,7 @@ from ehl.common.arrays import FloatArray
 from ehl.common.dialect import NumericBlock, numeric_block
 from ehl.common.errors import InputError
 from ehl.common.files import read_bytes, read_text
+from ehl.common.progress import counted
 from ehl.common.units import parse_quantity, spellings
 
 MIN_POINTS = 64
@@ -126,8 +127,8 @@ class MeasuredHeights:
             raise InputError("profile", self.name, allowed, f"{refused}.")
         out = len(self.heights) - len(kept)
         steps = (
-            (missing, f"{missing} missing points interpolated"),
-            (spikes, f"{spikes} spikes interpolated"),
+            (missing, f"{counted(missing, 'missing point')} interpolated"),
+            (spikes, f"{counted(spikes, 'spike')} interpolated"),
             (out, f"{out} of {len(self.heights)} lines excluded because of too many gaps or spikes"),
         )
         notes = (*self.notes, *(text for count, text in steps if count))

@@ -20,7 +20,7 @@ import numpy as np
 from ehl.common.arrays import FloatArray, finite_or_none
 from ehl.common.errors import InputError, MixedEhlError
 from ehl.common.pages import Reportable
-from ehl.common.progress import ProgressCallback, progress_to
+from ehl.common.progress import ProgressCallback, counted, progress_to
 from ehl.common.quantities import percent, quantity, si_unit
 from ehl.common.runner import checked_jobs
 from ehl.common.threads import one_thread
@@ -205,7 +205,7 @@ def check_information(measurement: Measurement, setup: CalibrationSetup) -> None
     c = measurement.columns
     if len(setup.parameters) >= measurement.size:
         hint = "Measure more rows, or fit fewer parameters."
-        raise InputError(measurement.name, f"{measurement.size} rows", f"more than {len(setup.parameters)} rows", hint)
+        raise InputError(measurement.name, counted(measurement.size, "row"), f"more than {counted(len(setup.parameters), 'row')}", hint)
     if not (c["slide_to_roll"] != 0.0).any():
         raise InputError(f"{measurement.name}, column slide_to_roll", 0.0, "sliding", "Pure rolling has no friction.")
     for name in SURFACE:

@@ -63,7 +63,8 @@ def read_measurement(path: Path, fixed: Mapping[str, float], *, roughness_rms: f
     roughness_rms: roughness of rows if neither the table nor `fixed` states it [m].
     Raises `InputError`: the message states file, row and column.
     """
-    table, numbers = read_table(path, COLUMNS, ("friction_coefficient",), missing=True)
+    instead = ConditionsInput.instead
+    table, numbers = read_table(path, COLUMNS, ("friction_coefficient",), missing=True, instead=instead)
     size = len(next(iter(table.values())))
     for name in fixed:
         if name in table:
@@ -75,7 +76,8 @@ def read_measurement(path: Path, fixed: Mapping[str, float], *, roughness_rms: f
         raise InputError(f"{path.name}, load", " and ".join(loads) or None, "exactly one of " + ", ".join(LOADS), hint)
     for name in NEEDED:
         if name not in given:
-            raise InputError(f"{path.name}, column {name}", None, CONDITIONS[name].expected(), hint)
+            meaning = f"{instead['speed']} " if name in ("speed_entrainment", "slide_to_roll") else ""
+            raise InputError(f"{path.name}, column {name}", None, CONDITIONS[name].expected(), meaning + hint)
     columns = {
         name: np.array(table[name] if name in table else np.full(size, fixed[name]), dtype=float)
         for name in CONDITIONS

@@ -119,6 +119,8 @@ def lubricant_of(card: Oil, temperature: float, *, rising: bool) -> Lubricant:
 class ConditionsInput(InputModel):
     """Conditions of all rows of the table."""
 
+    instead = inputs.ContactInput.instead
+
     pressure_hertz: inputs.Pressure | None = None
     load: Annotated[float, ValueRange("N", gt=0.0, le=1e7)] | None = None
     load_per_length: inputs.LoadPerLength | None = None

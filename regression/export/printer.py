@@ -178,8 +178,9 @@ def description(program: Program) -> list[str]:
     oil = program.oil or "any: its properties are arguments"
     if program.oil is None and len(formula.oils) == 1 and formula.oils[0].name is not None:
         oil = f"its properties are arguments; the formula was fitted to {formula.oils[0].name}"
+    corrected = "networks that correct " if formula.network is not None else ""
     return [
-        f"Friction of a lubricated line contact: {formula.family}, {formula.form.title}.",
+        f"Friction of a lubricated line contact: {corrected}{formula.family}, {formula.form.title}.",
         f"Written by mixed-ehl {__version__} from a fit of {data.used} contacts (plan {data.plan}, solver "
         f"{data.solver_version}, data {data.hash[:12]}).",
         f"Oil: {oil}.",

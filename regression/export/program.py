@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from ehl.common.errors import InputError
+from ehl.common.errors import InputError, same_name
 from ehl.fluid.oil import Oil
 from ehl.fluid.viscosity import TEMPERATURE_RANGE
 from regression.export import record
@@ -168,13 +168,14 @@ def program_of(
 def _card(formula: FittedFormula, oil: str | None) -> Oil:
     names = [identity.name for identity in formula.oils if identity.name is not None]
     if oil is not None:
+        oil = same_name(oil, names)
         if names and oil not in names:
             raise InputError("oil", oil, "one of " + ", ".join(names), "The formula was fitted to no other oil.")
         return Oil.load(oil)
     if len(names) == 1:
         return Oil.load(names[0])
     allowed = "one of " + ", ".join(names) if names else "the name of an oil card"
-    hint = "Name the card, or use oil_arguments to pass the oil's properties instead."
+    hint = "Name the card, or pass the oil's properties as arguments (oil_arguments, --oil-arguments)."
     raise InputError("oil", None, allowed, hint)
 
 

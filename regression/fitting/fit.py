@@ -10,7 +10,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from ehl.common.arrays import finite_or_none
-from ehl.common.errors import ConvergenceError, InputError, MixedEhlError
+from ehl.common.errors import ConvergenceError, InputError, MixedEhlError, same_name
 from ehl.common.progress import report_progress
 from ehl.common.quantities import rounded_towards
 from ehl.common.threads import single_thread
@@ -223,6 +223,7 @@ def fit_formula(
     used.
     """
     family, network = family_named("short" if family_name == NETWORK else family_name), family_name == NETWORK
+    oil = None if oil is None else same_name(oil, dataset.oils)
     if oil is not None and oil not in dataset.oils:
         raise InputError("oil", oil, "one of the oils of the data: " + ", ".join(dataset.oils))
     frame, excluded = usable_rows(dataset, corners=corners)

@@ -23,8 +23,8 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from ehl import inputs as case_inputs
 from ehl.common.arrays import FloatArray, IntArray
-from ehl.common.data import named_file
-from ehl.common.errors import InputError
+from ehl.common.data import data_names, named_file
+from ehl.common.errors import InputError, same_name
 from ehl.common.files import parse_json, parse_toml
 from ehl.common.pages import Reportable
 from ehl.common.progress import counted
@@ -306,9 +306,11 @@ class Plan(InputModel, Reportable):
         if oil is None:
             return ()
         names = tuple(oil) if isinstance(oil, (list, tuple)) else (oil,)
-        if not names or not all(isinstance(name, str) for name in names) or len(set(names)) < len(names):
-            raise InputError("lubricant.oil", oil, "a name, or a list of different names")
-        return names
+        if names and all(isinstance(name, str) for name in names):
+            names = tuple(same_name(name, data_names("oils")) for name in names)
+            if len(set(names)) == len(names):
+                return names
+        raise InputError("lubricant.oil", oil, "a name, or a list of different names")
 
     @cached_property
     def count(self) -> int:
