@@ -32,11 +32,12 @@ PeklenikNumber = Annotated[
 ]
 
 _SPEEDS = "speed_entrainment is (u1 + u2)/2, slide_to_roll is (u1 - u2)/speed_entrainment."
+_PRESSURE = "pressure_hertz is the maximum, 4/pi of the mean pressure (point contact: 3/2)."
 _LOAD = "load_per_length is the load over the length of the contact line."
 _OF_DISCS = {
     **dict.fromkeys(("radius", "r"), "1/radius_equivalent = 1/R1 + 1/R2."),
     **dict.fromkeys(("speed", "u", "v", "speed_rolling", "speed_sliding", "sliding_speed"), _SPEEDS),
-    **dict.fromkeys(("pressure_mean", "pressure"), "pressure_hertz is the maximum, 4/pi of the mean pressure (point contact: 3/2)."),
+    **dict.fromkeys(("pressure_mean", "pressure"), _PRESSURE),
     **dict.fromkeys(("load", "force", "normal_force", "width", "length", "face_width"), _LOAD),
 }
 _OF_SOLIDS = {"e": "Young's modulus is youngs_modulus.", "nu": "Poisson's ratio is poisson_ratio."}

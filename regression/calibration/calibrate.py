@@ -205,7 +205,8 @@ def check_information(measurement: Measurement, setup: CalibrationSetup) -> None
     c = measurement.columns
     if len(setup.parameters) >= measurement.size:
         hint = "Measure more rows, or fit fewer parameters."
-        raise InputError(measurement.name, counted(measurement.size, "row"), f"more than {counted(len(setup.parameters), 'row')}", hint)
+        allowed = f"more than {counted(len(setup.parameters), 'row')}"
+        raise InputError(measurement.name, counted(measurement.size, "row"), allowed, hint)
     if not (c["slide_to_roll"] != 0.0).any():
         raise InputError(f"{measurement.name}, column slide_to_roll", 0.0, "sliding", "Pure rolling has no friction.")
     for name in SURFACE:

@@ -69,7 +69,9 @@ def _read_axis(value: Any, quantity: ValueRange) -> PlanAxis:
     """An axis from a plan file: a value, a list, or a table with low, high, scale and optionally levels."""
     if isinstance(value, PlanAxis):
         return value
-    if isinstance(value, list):
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    if isinstance(value, (list, tuple)):
         if not 1 <= len(value) <= MAX_LEVELS:
             raise InputError("values", f"list of {len(value)}", f"a list of 1 to {MAX_LEVELS} values")
         values = tuple(quantity.check(item, f"values[{i}]") for i, item in enumerate(value))
