@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from refusals import refuses
+from refusals import refused, refuses
 
 from ehl.common.data import data_names, data_path
 from ehl.common.units import KELVIN
@@ -201,6 +201,7 @@ def test_names_of_generic_oils() -> None:
     viscosities = {"viscosity_40": pytest.approx(97.5e-6), "viscosity_100": pytest.approx(13.3e-6)}
     assert generic_name("pao 97.5/13.3") == {"base": "pao"} | viscosities
     assert generic_name("Mineral ISO VG 220") == {"base": "mineral", "iso_vg": 220}
+    assert generic_name("PAO 97.5cSt / 13.3 cSt") == generic_name("pao 97.5/13.3")
     assert generic_name("polyglycol vg460") == {"base": "polyglycol", "iso_vg": 460}
     assert generic_name("75w90") is generic_name("fva3") is None
     assert Oil.load("mineral vg 220").viscosity_kinematic_40 == pytest.approx(220e-6)
@@ -223,7 +224,16 @@ def test_an_oil_is_given_by_its_viscosity_index(mixed_ehl: Callable[..., Any]) -
     assert by_name.viscosity_kinematic_100 == by_keyword.viscosity_kinematic_100 == pytest.approx(nu_100)
     graded = Oil.load("mineral vg 220 vi 95")
     assert astm_d2270(graded.viscosity_kinematic_40, graded.viscosity_kinematic_100) == pytest.approx(95.0)
-    assert mixed_ehl("oil", "--base", "pao", "--nu100", "13.3 cSt", "--vi", "145").code == 0
+    options = ("oil", "--base", "pao", "--nu100", "13.3 cSt")
+    assert mixed_ehl(*options, "--vi", "145").code == 0
+    for wrong, field in (
+        (("--vi", "500"), "--vi"),
+        (("--nu40", "97.5"), "--nu40"),
+        (("--nu40", "97.5 cSt", "--density", "850"), "--density"),
+    ):
+        refused(mixed_ehl(*options, *wrong), field)
+    refused(reversed_order := mixed_ehl(*options, "--nu40", "9 cSt"), "--nu100")
+    assert "nu_40" not in reversed_order.err
 
 
 @pytest.mark.parametrize(
@@ -233,6 +243,8 @@ def test_an_oil_is_given_by_its_viscosity_index(mixed_ehl: Callable[..., Any]) -
         ("pao 13/97", "nu_100"),
         ("pao vg 99", "iso_vg"),
         ("pao 97", "oil"),
+        ("pao 97,5/13,3", "oil"),
+        ("pao 97..5/13.3", "oil"),
         ("no_such_oil", "oil"),
         # by keywords: every viscosity once
         ({}, "iso_vg"),

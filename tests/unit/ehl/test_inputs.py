@@ -68,6 +68,8 @@ def test_oil_and_solids() -> None:
         (lambda c: c.update(surface={"roughness_rms": 3e-7, "roughness_rms_2": 3e-7}), "surface.roughness_rms"),
         (lambda c: c.update(surface={"roughness_rms": "25 um"}), "surface.roughness_rms"),
         (lambda c: c.update(surface={"seed": 1.5}), "surface.seed"),
+        (lambda c: c.update(surface={"seed": True}), "surface.seed"),
+        (lambda c: c["lubricant"].update(density_coefficients=[True, 1.7e-9]), "lubricant.density_coefficients"),
         (lambda c: c.update(surface={"peklenik_number": 0.1}), "surface.peklenik_number"),
         (lambda c: c.update(surface={"profile_1": 3}), "surface.profile_1"),
         (lambda c: c.update(contact=3), "contact"),
@@ -106,6 +108,7 @@ def test_a_measured_profile_is_read_in_the_units_of_the_input(tmp_path: Path) ->
     ("table", "key", "value", "keys"),
     [
         ("contact", "radius_1", "40 mm", "radius_equivalent"),
+        ("contact", "R2", "40 mm", "radius_equivalent"),
         ("contact", "speed_2", "4 m/s", "speed_entrainment slide_to_roll"),
         ("contact", "load", "2 kN", "load_per_length"),
         ("contact", "pressure_mean", "1 GPa", "maximum 4/pi"),

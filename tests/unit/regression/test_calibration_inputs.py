@@ -86,6 +86,8 @@ def test_slip_in_both_directions_is_folded_and_repeats_averaged(tmp_path: Path, 
         (GOOD.replace("0.030", ""), SETUP, "row 2, friction_coefficient"),
         (GOOD.replace(",0.0", ",-0.0"), SETUP, "row 2, friction_coefficient"),  # friction against a positive slip
         (GOOD.replace("load [N]", "weight [N]"), SETUP, "weight"),
+        (GOOD.replace("slide_to_roll", "u1"), SETUP, "slide_to_roll is (u1 - u2)"),
+        (GOOD.replace("slide_to_roll", "#slip"), SETUP, "slide_to_roll is (u1 - u2)"),
         (GOOD.replace("load [N]", "#load"), SETUP, "pressure_hertz, load, load_per_length"),
         (RIG.replace("SRR (%)", "SRR") + "2500\t0.04\t80\t80\t36\t50\n", SETUP, "slide_to_roll"),
         (GOOD, SETUP.replace('temperature_oil = "80 degC"\n', ""), "column temperature_oil"),

@@ -79,6 +79,9 @@ def test_other_refusals(mixed_ehl: Call, plan: Path, tmp_path: Path) -> None:
         (("sweep", plan, "-o", run, "--set", "variables.speed_entrainment.high=0.5"), "speed_entrainment.high"),
         (("sweep", tmp_path / "empty.toml", "-o", run), "empty.toml"),
         (("sweep", plan, "-o", plan), "plan.toml"),
+        # no option has this value
+        (("sweep", plan, "--estimate", "--set", "lubricant.oil=true"), "lubricant.oil"),
+        (("export", "gear", "-o", tmp_path / "f.c"), "--oil-arguments"),
         (("sweep", "status", run), "run"),
         (("fit", run, "-o", formula), "run"),
         (("fit", run, "-o", formula, "--family", "xu", "--nested"), "--nested"),
@@ -105,6 +108,7 @@ def test_cases_that_fail_are_said_in_the_exit_code(mixed_ehl: Call, plan: Path, 
 def test_changes_on_the_command_line_are_part_of_the_plan(mixed_ehl: Call, plan: Path, tmp_path: Path) -> None:
     estimate = mixed_ehl("sweep", plan, "--estimate", "--jobs", "2", "--set", "sampling.size=64")
     assert "64 cases" in estimate.out
+    assert "1 case " in mixed_ehl("sweep", plan, "--estimate", "--set", "sampling.size=1").out
     run = ("-o", tmp_path / "run", "--with", "arana_2019", "--jobs", "1", "--set", "lubricant.oil=75w90")
     assert mixed_ehl("sweep", plan, *run).code == 0
     # without the change the folder holds another run

@@ -33,6 +33,7 @@ from ehl.common.validation import validate
 from ehl.contact import Contact
 from ehl.inputs import ModelInput
 from regression.data.dataset import load_dataset, run_status
+from regression.data.result_files import merge
 from regression.plan.cost import contact_seconds
 from regression.plan.plan import Plan
 from regression.sweeping.evaluators import CaseRunner, CaseTask, Outputs, case_key, fallback_settings, published_outputs
@@ -297,7 +298,9 @@ def test_results_resume_and_progress(plan: Plan, tmp_path: Path) -> None:
     assert (again.resumed, again.converged, again.occupancy) == (16, 0, None)
     status = run_status(tmp_path)
     assert (status.complete, status.shards[0].converged) == (True, 16)
-    assert status.longest == frame["seconds_cpu"].max()
+    assert (status.longest, status.seconds) == (frame["seconds_cpu"].max(), pytest.approx(first.seconds_cpu))
+    merge(tmp_path, tmp_path / "merged.h5")  # a copy of the same cases
+    assert run_status(tmp_path).seconds == pytest.approx(first.seconds_cpu)
 
 
 def test_rows_hold_inputs_results_and_provenance(plan: Plan, tmp_path: Path) -> None:

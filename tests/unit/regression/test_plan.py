@@ -117,6 +117,9 @@ CHANGES: list[tuple[Callable[[dict[str, Any]], object], str]] = [
     (lambda c: c.update(table={"roughness_rms_1": [1e-7]}), "variables.roughness_rms"),
     (lambda c: c["sampling"].update(size=20), "sampling.size"),
     (lambda c: c["sampling"].update(size=2**20), "sampling.size"),
+    (lambda c: c["sampling"].update(size=True), "sampling.size"),
+    (lambda c: c["sampling"].update(seed=False), "sampling.seed"),
+    (lambda c: c["lubricant"].update(oil=True), "lubricant.oil"),
     (lambda c: c.pop("sampling"), "sampling.size"),
     (lambda c: c["lubricant"].update(temperature_oil=353), "lubricant.temperature_oil"),
     (lambda c: c.update(surface={"roughness_rms_1": 1e-7}), "surface.roughness_rms_1"),
@@ -236,7 +239,9 @@ def test_several_oils_meet_the_same_points() -> None:
     assert [case.lubricant.oil for case in cases] == ["fva3"] * 64 + ["75w90"] * 64
     assert [c.contact.pressure_hertz for c in cases[:64]] == [c.contact.pressure_hertz for c in cases[64:]]
     with refuses("lubricant.oil"):
-        wide(lubricant={"oil": ["fva3", "fva3"]})
+        wide(lubricant={"oil": ["75W-90", "75w90"]})
+    speeds = [wide(variables={**RANGES, "speed_entrainment": of([2.0, 4.0])}).count for of in (tuple, np.array)]
+    assert speeds == [128, 128]
 
 
 def test_film_ratio_of_the_constraint_is_that_of_the_dataset() -> None:

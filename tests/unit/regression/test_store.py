@@ -23,6 +23,7 @@ from ehl.common.errors import InputError
 from ehl.common.journal import SCHEMA as JOURNAL_SCHEMA
 from ehl.common.journal import Journal, header_of, read_rows
 from regression.data import result_files
+from regression.data.dataset import run_status
 from regression.data.result_files import SAME_RUN, SCHEMA, case_status, merge, read_file, read_run, table_of
 
 META: dict[str, str | int] = {"plan": "{}", "plan_name": "test", "plan_hash": "a" * 64, "solver_version": "test 1"}
@@ -111,8 +112,9 @@ def test_results_of_another_run_are_not_mixed_in(path: Path, name: str) -> None:
     with refuses("run"):
         journal(path, **{name: "other"})
     journal(path.with_name("shard-0002-of-0002.jsonl"), **{name: "other"}).close()
-    with refuses("run"):
-        read_run(path.parent)
+    for read in (read_run, run_status):
+        with refuses("run"):
+            read(path.parent)
 
 
 def test_other_and_corrupt_files(path: Path, merged: Path) -> None:
