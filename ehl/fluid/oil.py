@@ -117,8 +117,10 @@ class Oil(InputModel, Reportable):
     @classmethod
     def _complete_uncertainty(cls, given: Any, info: ValidationInfo) -> Any:
         """Standard deviations of the inputs, with default values for missing ones."""
-        if not isinstance(given, dict) or not {"viscosity", "pressure_viscosity"} <= info.data.keys():
+        if not isinstance(given, dict):
             return given
+        if not {"viscosity", "pressure_viscosity"} <= info.data.keys():  # their errors are reported
+            return dict.fromkeys(oil_laws.VARIABLES, 0.0) | {"source": ""} | given
         viscosity, alpha = info.data["viscosity"], info.data["pressure_viscosity"]
         base, certainty = info.data.get("base", "mineral"), info.data.get("certainty", "mixed")
         by_gold = isinstance(alpha, oil_laws.GoldAlpha) and alpha.anchor_value is None
@@ -408,17 +410,34 @@ class Oil(InputModel, Reportable):
         """Write the card as TOML in SI units; `InputError` if the path does not end in .toml."""
         oil_sheet.write_card(self, Path(path), "Oil card written by mixed-ehl")
 
+    def _check_law(self, law: oil_laws.ViscosityByConstants) -> None:
+        """Check that the law gives the kinematic viscosities of the card, where it is valid."""
+        low, high = self.temperature_valid
+        for celsius in (40, 100):
+            name, kelvin = f"viscosity_kinematic_{celsius}", celsius + KELVIN
+            with np.errstate(all="ignore"):
+                eta = float(oil_laws.figures_by_constants(law, kelvin, 1.0)["viscosity_inlet"])
+            stated, by_law = 1e6 * getattr(self, name), 1e6 * eta / float(self.density(kelvin))
+            if low <= kelvin <= high and abs(by_law - stated) > LAW_AGREES * stated:
+                allowed = f"within {100.0 * LAW_AGREES:g} % of {by_law:.4g} cSt, as the law of the card gives"
+                hint = "For other viscosities write a new card: `mixed-ehl oil --base ... --nu40 ... --nu100 ... -o`."
+                raise InputError(name, f"{stated:.6g} cSt", allowed, hint)
+
     @model_validator(mode="after")
     def _possible(self) -> Self:
         check_viscosities(self.viscosity_kinematic_40, self.viscosity_kinematic_100, "viscosity_kinematic_100")
         if not isinstance(self.viscosity, WaltherViscosity):
             oil_laws.check_rising(self.viscosity, self.temperature_valid, self.pressure_valid)
+            self._check_law(self.viscosity)
         by_constants = isinstance(self.pressure_viscosity, oil_laws.ModulusAlpha)
         if by_constants == isinstance(self.viscosity, WaltherViscosity):
             allowed = "'table' or 'gold'" if by_constants else "'constants': its coefficient follows from its constants"
             allowed += f", with law = '{self.viscosity.law}'"
             raise InputError("pressure_viscosity.law", self.pressure_viscosity.law, allowed)
         return self
+
+
+LAW_AGREES = 0.02  # largest relative difference of the law of a card from its kinematic viscosities (this work)
 
 
 class _GenericInput(InputModel):

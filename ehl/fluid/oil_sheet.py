@@ -133,7 +133,8 @@ def oil_sections(card: Oil, temperatures: Sequence[float], medium: Medium) -> li
     reach = quantity("temperature_valid").span(low, high)
     if content["pressure_valid"] is not None:
         reach += f" and to {quantity('pressure_valid').text(content['pressure_valid'])}"
-    title = f"{card.name}: {card.description}; base {card.base}, law {content['viscosity_law']}, valid {reach}"
+    name = ": ".join(filter(None, (card.name, card.description)))
+    title = f"{name}; base {card.base}, law {content['viscosity_law']}, valid {reach}"
     columns = [quantity("pressure").text(pressure, 2) for pressure in content["pressures"]]
     over = [[head, *values] for head, values in zip(heads, content["log_viscosity_ratio"], strict=True)]
     spread = [[name, f"{100.0 * value:.3g} %"] for name, value in known.items() if name != "source"]

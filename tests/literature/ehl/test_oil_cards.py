@@ -3,6 +3,7 @@
 import math
 import tomllib
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,9 @@ import pytest
 from refusals import refused, refuses
 
 from ehl.common.data import data_names, data_path
+from ehl.common.errors import InputError
 from ehl.common.units import KELVIN
+from ehl.common.validation import validate
 from ehl.fluid.oil import Oil
 from ehl.fluid.oil_family import OIL_FAMILIES, astm_d2270, both_viscosities, generic_card, generic_name
 
@@ -234,6 +237,23 @@ def test_an_oil_is_given_by_its_viscosity_index(mixed_ehl: Callable[..., Any]) -
         refused(mixed_ehl(*options, *wrong), field)
     refused(reversed_order := mixed_ehl(*options, "--nu40", "9 cSt"), "--nu100")
     assert "nu_40" not in reversed_order.err
+
+
+def test_viscosities_of_a_card_are_those_of_its_law(tmp_path: Path) -> None:
+    card = Oil.generic("mineral", iso_vg=220)
+    card.varied(viscosity=2.0).save(tmp_path / "varied.toml")
+    assert Oil.load(str(tmp_path / "varied.toml")) == card.varied(viscosity=2.0)
+    content = card.model_dump(exclude_none=True)
+    for field in ("viscosity_kinematic_40", "viscosity_kinematic_100"):
+        with refuses(field):
+            validate(Oil, content | {field: 0.97 * content[field]})
+    with refuses("viscosity_kinematic_40"):
+        validate(Oil, content | {"density_15": 1.03 * card.density_15})
+    # an error in the law is no error of the uncertainty, which follows from it
+    content["pressure_viscosity"], content["uncertainty"] = {"law": "gold"}, {}
+    with pytest.raises(InputError) as caught:
+        validate(Oil, content)
+    assert [problem.field for problem in caught.value.problems] == ["pressure_viscosity.base"]
 
 
 @pytest.mark.parametrize(
