@@ -17,6 +17,7 @@ from ehl.common.errors import InputError
 from ehl.common.figures import figure_of, interactive, own_style, printable, quiet_about_names, save_figure
 from ehl.common.files import FIGURE, PAGE, make_folder, replacing, write_file
 from ehl.common.notes import notes_table, print_notes
+from ehl.common.progress import counted
 from ehl.common.quantities import quantities
 from ehl.common.sections import Code, Folded, Head, Item, MainResult, Medium, Notes, Picture, Row, Section, Text
 from ehl.common.table import Cell, Table, html_template
@@ -396,7 +397,7 @@ def write_workbook(path: Path, sections: Sequence[Section]) -> Path:
     front: list[list[Cell]] = [["what", title], ["program", f"mixed-ehl {__version__}"]]
     front += [["units", "in the head of each column"]]
     for name, table in zip(names, tables, strict=True):
-        front.append([f"sheet {name}", f"{len(table.rows)} rows"])
+        front.append([f"sheet {name}", counted(len(table.rows), "row")])
         front.extend([f"note on {name}", note] for note in table.notes)
     _add_sheet(book, "about", [], front, bold)
     for name, table in zip(names, tables, strict=True):

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ehl import inputs
 from ehl.common.arrays import IntArray
-from ehl.common.errors import InputError
+from ehl.common.errors import InputError, near
 from ehl.common.quantities import si_units
 from ehl.common.units import ValueRange, value_range
 from ehl.fluid.density import dowson_higginson_1966
@@ -140,7 +140,8 @@ def contact_points(**conditions: Unpack[PointConditions]) -> ContactState:
     values = {"temperature_oil" if name == "temperature" else name: value for name, value in conditions.items()}
     for name in values:
         if name not in POINT:
-            raise InputError(name, values[name], "one of " + ", ".join(POINT))
+            known = (*POINT, "finish", "finish_state")
+            raise InputError(name, values[name], "one of " + ", ".join(known), near(name, known))
     for name in _NEEDED:
         if name not in values:
             raise InputError(name, None, POINT[name].expected())
@@ -167,7 +168,7 @@ def _check_shapes(shapes: Mapping[str, tuple[int, ...]]) -> None:
 
 
 def _checked(name: str, value: Any) -> Array:
-    given = np.asarray(value)
+    given = np.asarray(value, dtype=object)  # numbers and texts as they are
     numbers = [POINT[name].check(entry, name, bare=not isinstance(entry, str)) for entry in given.ravel().tolist()]
     return np.array(numbers).reshape(given.shape)
 

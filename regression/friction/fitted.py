@@ -378,7 +378,7 @@ class FittedFormula(FrictionModel, InputModel):
         names = [str(identity.name) for identity in self.oils if identity.name is not None]
         if len(names) == 1:
             return names[0]
-        raise InputError("oil", None, "one of " + ", ".join(names or data_names("oils")))
+        raise InputError("oil", None, f"one of {', '.join(names or data_names('oils'))}, or another oil")
 
     def range_note(
         self, state: ContactState | None = None, *, oil: Oil | str | None = None, **conditions: Unpack[PointConditions]
