@@ -261,6 +261,10 @@ def test_a_finish_gives_the_roughness_of_a_contact(mixed_ehl: Any) -> None:
     assert high[0] < 1.05 * high[1]
     smooth = formula.uncertainty(**point, temperature=363.15, roughness_rms=0.0, finish="ground")
     assert smooth.low < smooth.value < smooth.high
+    mixed = formula.mu(**point | {"slide_to_roll": ["20 %", 0.2]}, **given)
+    assert mixed.mu.tolist() == 2 * [formula.mu(**point, **given).mu]
+    with refuses("slide_to_roll"):
+        formula.mu(**point | {"slide_to_roll": [True, 0.2]}, **given)
     for wrong in ("grond", 5, ["ground"]):
         with refuses("finish"):
             formula.mu(**point, **given, finish=wrong)  # type: ignore[typeddict-item]

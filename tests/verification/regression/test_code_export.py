@@ -21,6 +21,7 @@ from scipy.stats import qmc
 from ehl.common.arrays import FloatArray
 from ehl.fluid.oil import Oil
 from ehl.state import ContactState
+from regression.export.printer import description
 from regression.export.program import program_of
 from regression.formula import Formula
 from regression.friction.conditions import LUBRICANT_UNITS, conditions_of
@@ -267,7 +268,9 @@ def test_beyond_the_laws_of_the_oil_there_is_no_value(tmp_path: Path) -> None:
 
 def test_formula_of_several_oils_asks_which(tmp_path: Path) -> None:
     both = formula_of("fva3_short").model_copy(update={"oils": (OilIdentity(name="fva3"), OilIdentity(name="75w90"))})
-    assert program_of(both, oil="75w90").oil == "75w90"
+    assert program_of(both, oil="75W-90").oil == "75w90"
+    heads = [description(program_of(formula_of(name)))[0] for name in ("75w90", "75w90_short")]
+    assert ["networks" in head for head in heads] == [True, False]
     for oil in (None, "m100"):
         with refuses("oil"):
             both.export(tmp_path / "friction.c", oil=oil)
