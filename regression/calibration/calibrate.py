@@ -240,7 +240,7 @@ def calibrate(
     measurement: Measurement | str | PathLike[str],
     setup: CalibrationSetup | str | PathLike[str] | Mapping[str, Any],
     *,
-    parameters: Sequence[str] | None = None,
+    parameters: Sequence[str] | str | None = None,
     oil: str | None = None,
     jobs: int | None = None,
     profile: bool | None = None,
@@ -255,7 +255,7 @@ def calibrate(
         `regression.calibration.measurement.read_measurement`.
     setup : CalibrationSetup, str or path, or mapping
         Oil, parameters, specimens and common conditions: a TOML file, or its content.
-    parameters : sequence of str, optional
+    parameters : str or sequence of str, optional
         Fitted parameters, instead of those of the setup: `eyring_stress`, `stress_low`, `stress_slope`,
         `limiting_shear_coefficient`, `pressure_viscosity`, `boundary_film`, `boundary_friction`.
     oil : str, optional
@@ -372,14 +372,14 @@ def calibrate(
 
 def setup_of(
     setup: CalibrationSetup | str | PathLike[str] | Mapping[str, Any],
-    parameters: Sequence[str] | None = None,
+    parameters: Sequence[str] | str | None = None,
     oil: str | None = None,
 ) -> CalibrationSetup:
     """A setup from a file or its content, with other parameters or another oil; errors as in `calibrate`."""
     if isinstance(setup, CalibrationSetup):
         setup = setup.model_dump(exclude_unset=True)
-    changes = {"parameters": None if parameters is None else list(parameters), "oil": oil}
-    given = {name: value for name, value in changes.items() if value}
+    names = [parameters] if isinstance(parameters, str) else list(parameters or ())
+    given = {name: value for name, value in {"parameters": names, "oil": oil}.items() if value}
     if isinstance(setup, Mapping):
         return validate(CalibrationSetup, {**setup, **given}, "setup")
     path = Path(setup)
