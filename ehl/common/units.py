@@ -217,13 +217,13 @@ def parse_quantity(value: object, unit: str, *, field: str = "value", bare: bool
 def _from_text(text: str, unit: str, field: str, allowed: str) -> tuple[float, bool]:
     if len(text) > _LONGEST or _POWER.search(_SMALL_POWER.sub("", text)) or _RAISED.search(text):
         raise InputError(field, text, allowed, "It could not be read.")
+    cleaned = _plain(text)
     try:
-        return float(text), False
+        return float(cleaned), False
     except ValueError:
         pass
     if _COMMA.search(text):
         raise InputError(field, text, allowed, _COMMA_HINT)
-    cleaned = _plain(text)
     if unit == "rad" and (match := _DEGREES.fullmatch(_canonical(cleaned))) is not None:
         minutes, seconds = float(match[3]), float(match[4] or 0.0)
         if minutes < 60.0 and seconds < 60.0:
