@@ -130,7 +130,9 @@ def profile(
 ) -> None:
     """Evaluate a measured profile: Rq, RSm, slope, correlation length, lay, interpolated points, removed form."""
     shared.check_outputs({"plot": plot})
-    cutoffs = {"cutoff_long": cutoff_long, "cutoff_short": cutoff_short}
-    found = ehl.measured_surface(file, unit_x=unit_x, unit_height=unit_height, detrend=detrend, **shared.given(cutoffs))
+    cutoffs = shared.given({"cutoff_long": cutoff_long, "cutoff_short": cutoff_short})
+    for field, text in cutoffs.items():
+        shared.parse_quantity(text, "m", field=field, bare=False)
+    found = ehl.measured_surface(file, unit_x=unit_x, unit_height=unit_height, detrend=detrend, **cutoffs)
     found.write(plot=plot)
     shared.print_result(found, json_output)
