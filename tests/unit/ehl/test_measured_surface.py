@@ -112,15 +112,8 @@ def test_the_command_shows_checks_and_draws(mixed_ehl: Callable[..., Any], tmp_p
     assert content["cutoff_long"] == 0.25e-3  # Ra of 0.02 to 0.1 um
     assert content["roughness_rms"] == pytest.approx(0.05e-6 * passed(0.25e-3), rel=0.1)
     assert (tmp_path / "p.png").stat().st_size > 1000
-    bare = ("--cutoff-long", "0.0008")
-    for wrong in (
-        bare,
-        ("--cutoff-long", "8 um"),
-        ("--cutoff-short", "1 um"),
-        ("--unit-height", "mm"),
-        ("--detrend", "9"),
-    ):
-        assert mixed_ehl("profile", path, *wrong).code == 2
+    for wrong in ("cutoff-long=0.0008", "cutoff-long=8 um", "cutoff-short=1 um", "unit-height=mm", "detrend=9"):
+        assert mixed_ehl("profile", path, f"--{wrong}").code == 2
 
 
 def test_what_is_printed_is_an_input(tmp_path: Path) -> None:
