@@ -124,7 +124,7 @@ class InputModel(BaseModel):
             found = handler(corrected)
         # pydantic reads true as the number 1
         for name, value in values.items() if isinstance(values, dict) else ():
-            if _boolean_as_number(value, getattr(found, name, None)):
+            if not isinstance(value, (float, str)) and _boolean_as_number(value, getattr(found, name, None)):
                 raise InputError(name, value, locate_field(cls, (name,)).expected or "a number")
         return found
 
