@@ -34,7 +34,7 @@ def loss_map(
     files: shared.TableOptions,
 ) -> None:
     """Torque loss over pinion torque and speed, drive and coast, for vehicle simulation."""
-    shared.check_map_files(model)
+    shared.check_map_files(model, torque, speed)
     losses = _axle(axle)
     with working("loss map"):
         pair = efficiency.load(design)
@@ -105,11 +105,14 @@ def axle(
 
     With --temperature balance, the oil temperature follows from the heat balance of loss, housing and cooler.
     """
-    shared.check_map_files(model)
     application = shared.one_of("test", test, "single", "tandem")
     of_map = any(is_list(point.get(name, "")) for name in ("torque", "speed", "temperature"))
-    if model and not of_map:
-        raise InputError("model", str(model[0]), "only together with lists of --torque and --speed")
+    if model:
+        if not (point.get("torque") and point.get("speed")):
+            raise InputError("model", str(model[0]), "only together with lists of --torque and --speed")
+        shared.check_map_files(model, point["torque"], point["speed"])
+        if is_list(kelvin := point.get("temperature", "")):
+            raise InputError("temperature", kelvin, "one value", "A map for another program has one oil temperature.")
     with working("axle losses"):
         found = _solve(efficiency.Axle(axle, methods=methods), point, of_map, friction, duty, application)
     if model:

@@ -15,7 +15,18 @@ from regression.export.export import identifier
 from regression.export.fmu import Variable, fmu
 from regression.export.printer import number_rows
 
+VECTO = ".vtlm"
 VECTO_HEAD = "Input Speed [rpm],Input Torque [Nm],Torque Loss [Nm]"
+
+
+def check_axes(path: Path, torques: FloatArray, speeds: FloatArray) -> None:
+    """Raise an `InputError` for increasing torques and speeds whose map the format of a file does not accept."""
+    if path.suffix.lower() != VECTO and min(len(torques), len(speeds)) < 2:
+        raise InputError("model", f"{len(torques)} torques, {len(speeds)} speeds", "at least two torques and two speeds")
+    if path.suffix.lower() == VECTO and not torques[0] < 0.0 < torques[-1]:
+        of = quantity("torque")
+        hint = "VECTO requires drive and coast: add torques of the other sign, such as '-300:300:7 N m'."
+        raise InputError("torque", of.span(torques[0], torques[-1]), "negative and positive torques", hint)
 
 
 def vecto(found: LossMap, path: Path) -> str:
@@ -25,10 +36,6 @@ def vecto(found: LossMap, path: Path) -> str:
     0 rpm, with a comment in its first line.
     """
     torques = found.torques
-    if not torques[0] < 0.0 < torques[-1]:
-        of = quantity("torque")
-        hint = "VECTO requires drive and coast: add torques of the other sign, such as '-300:300:7 N m'."
-        raise InputError("torque", of.span(torques[0], torques[-1]), "negative and positive torques", hint)
     rpm = quantity("speed").to_display(found.speeds)
     losses = found.values()
     rows = [
@@ -148,9 +155,6 @@ def lossy_gear(found: LossMap) -> tuple[FloatArray, float]:
 
 def _tables(found: LossMap) -> dict[str, str]:
     """Names and descriptions of the tables of a map."""
-    if min(found.shape) < 2:
-        shape = f"{len(found.torques)} torques, {len(found.speeds)} speeds"
-        raise InputError("model", shape, "at least two torques and two speeds")
     tables = {"torque_loss": "torque loss at the pinion"}
     if np.all(np.isfinite(found.values("torque_loss_upper"))):
         tables |= {name: f"{name[-5:]} end of its 90 % interval" for name in INTERVAL}
@@ -207,7 +211,7 @@ def _c_tables(torques: FloatArray, speeds: FloatArray, losses: Sequence[FloatArr
 
 
 FORMATS: dict[str, Callable[[LossMap, Path], str | bytes]] = {
-    ".vtlm": vecto,
+    VECTO: vecto,
     ".fmu": functional_mockup_unit,
     ".mo": modelica,
     ".m": matlab,

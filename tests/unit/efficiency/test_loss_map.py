@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from refusals import refuses
+from refusals import refused, refuses
 from samples import BEVEL
 
 from efficiency.cli.options import MAP_FILES
@@ -141,6 +141,25 @@ def test_other_formats_maps_without_coast_or_with_points_missing_are_no_file(tmp
     with pytest.raises(ConvergenceError, match="1 of 6 points"):
         torn.write_model(tmp_path / "torn.vtlm")
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("options", "field"),
+    [
+        (("--torque", "100:300:3 N m", "--speed", "500, 900 rpm", "--model", "x.vtlm"), "torque"),
+        (("--torque", "-100, 100 N m", "--speed", "500 rpm", "--model", "x.fmu"), "model"),
+    ],
+)
+@pytest.mark.parametrize("command", [("loss-map", BEVEL.name), ("axle", "truck_hypoid")])
+def test_map_that_no_format_accepts_is_refused_first(mixed_ehl, monkeypatch, command, options, field):
+    for place in ("efficiency.pair.GearPair.loss_map", "efficiency.axle.axle.Axle.map"):
+        monkeypatch.setattr(place, None)
+    refused(mixed_ehl(*command, *options), f"{field} =")
+
+
+def test_map_file_of_an_axle_has_one_temperature(mixed_ehl: Any) -> None:
+    axes = ("--torque", "-100, 100 N m", "--speed", "500, 900 rpm", "--temperature", "40, 80 degC")
+    refused(mixed_ehl("axle", "truck_hypoid", *axes, "--model", "x.vtlm"), "temperature =")
 
 
 def test_equation_of_the_regulation() -> None:
