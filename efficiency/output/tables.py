@@ -252,7 +252,7 @@ def point_table(result: EfficiencyResult) -> Table:
     points, friction = result.points, result.friction
     places = ("pair", "face_gear", "height_gear", "face_pinion", "height_pinion", "length")
     columns: dict[Any, Any] = {
-        "position": points.position,
+        "mesh position": points.position + 1,
         "pinion_angle": result.cycle.pinion_angle[points.position],
         **{name: points.values(result.load.cycle, name) for name in places},
         "force": points.force,

@@ -22,7 +22,8 @@ VECTO_HEAD = "Input Speed [rpm],Input Torque [Nm],Torque Loss [Nm]"
 def check_axes(path: Path, torques: FloatArray, speeds: FloatArray) -> None:
     """Raise an `InputError` for increasing torques and speeds whose map the format of a file does not accept."""
     if path.suffix.lower() != VECTO and min(len(torques), len(speeds)) < 2:
-        raise InputError("model", f"{len(torques)} torques, {len(speeds)} speeds", "at least two torques and two speeds")
+        found = f"{len(torques)} torques, {len(speeds)} speeds"
+        raise InputError("model", found, "at least two torques and two speeds")
     if path.suffix.lower() == VECTO and not torques[0] < 0.0 < torques[-1]:
         of = quantity("torque")
         hint = "VECTO requires drive and coast: add torques of the other sign, such as '-300:300:7 N m'."

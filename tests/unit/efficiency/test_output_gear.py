@@ -127,6 +127,8 @@ def test_workbook_and_csv_hold_the_result(result: EfficiencyResult, tmp_path: Pa
     assert [name.split(" [")[0] for name in table] == [name.split(" [")[0] for name in points]
     assert {"pressure_hertz [Pa]", "temperature_bulk_1 [K]", "film_central [m]"} < set(table)
     np.testing.assert_allclose(table["force [N]"], result.points.force, rtol=1e-14)
+    for of_points in (table, points):  # numbered as in the notes, without a unit
+        assert list(of_points["mesh position"]) == list(result.points.position + 1)
 
 
 @pytest.mark.usefixtures("svg_figures")
