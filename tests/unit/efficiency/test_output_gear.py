@@ -4,6 +4,7 @@ import csv
 import json
 import re
 import shlex
+from copy import copy
 from dataclasses import replace
 from itertools import chain
 from pathlib import Path
@@ -42,6 +43,14 @@ ROUGH = {"roughness_rms_pinion": 0.4e-6, "roughness_rms_gear": 0.3e-6}
 @pytest.fixture(scope="module")
 def result() -> EfficiencyResult:
     return tiny_mesh().load(300.0).efficiency(MODEL, load_balance="frictionless", **ROUGH)
+
+
+def test_results_are_equal_to_themselves_alone(result: EfficiencyResult, grid: Grid, comparison: Comparison) -> None:
+    """Their arrays have no single truth value; the same for all results."""
+    for found in (result, result.inputs, result.friction, grid, comparison):
+        assert found in (found,)
+        assert found != copy(found)
+        assert len({found, copy(found)}) == 2
 
 
 @pytest.fixture(scope="module")
