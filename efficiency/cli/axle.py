@@ -96,6 +96,7 @@ def axle(
     point: shared.PointOptions,
     friction: shared.FrictionOption = None,
     duty: Annotated[Path | None, typer.Option(help="Duty cycle, CSV or XLSX, instead of torque and speed.")] = None,
+    tyre_radius: shared.TyreOption = None,
     model: shared.MapFileOption = None,
     test: Annotated[str | None, typer.Option(help="Test points of 40 CFR 1037.560: single or tandem.")] = None,
     methods: _MethodOptions,
@@ -106,6 +107,11 @@ def axle(
     With --temperature balance, the oil temperature follows from the heat balance of loss, housing and cooler.
     """
     application = shared.one_of("test", test, "single", "tandem")
+    if duty is None and tyre_radius is not None:
+        raise InputError("tyre_radius", tyre_radius, "only together with --duty")
+    if duty is not None:
+        shared.refuse("--duty", {"test": test})
+        point["tyre_radius"] = tyre_radius
     of_map = any(is_list(point.get(name, "")) for name in ("torque", "speed", "temperature"))
     if model:
         if not (point.get("torque") and point.get("speed")):

@@ -262,6 +262,15 @@ def test_command(mixed_ehl: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     assert found["loss_seals"] != pytest.approx(point().loss_seals, rel=0.01)
 
 
+def test_command_with_a_vehicle_speed(mixed_ehl: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(efficiency, "Axle", lambda name, **given: Axle(name, grid=GRID, **given))
+    (path := tmp_path / "duty.csv").write_text("speed [km/h],torque [N m],temperature [K],hours [h]\n36,200,353.15,1\n")
+    outcome = mixed_ehl("axle", TRUCK, "--duty", path, "--tyre-radius", "0.32 m", "--friction", MODEL, "--json")
+    assert outcome.code == 0, outcome.err
+    [found] = json.loads(outcome.out)["points"]
+    assert found["speed"] == pytest.approx(10.0 / 0.32 * 34.0 / 9.0, rel=1e-12)
+
+
 def test_friction_outside_its_range_is_a_warning() -> None:
     """At 377 kW the teeth of the pair are hotter than the data of the formula."""
     hot = axle().at("600 N m", "6000 rpm", "110 degC")
