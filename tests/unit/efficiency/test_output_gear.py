@@ -30,7 +30,7 @@ from efficiency.output.gear_report import load_figures, loss_figures, mesh_figur
 from efficiency.output.geometry_report import graded_notes, side_figures
 from efficiency.output.machine_summary import summary_rows, write_summary
 from efficiency.output.plots_load import map_figures
-from efficiency.output.tables import efficiency_grids
+from efficiency.output.tables import carrying_points, efficiency_grids, efficiency_table
 from ehl.common.errors import ConvergenceError
 from ehl.common.figures import figure_of
 from regression.formula import friction_model
@@ -43,6 +43,16 @@ ROUGH = {"roughness_rms_pinion": 0.4e-6, "roughness_rms_gear": 0.3e-6}
 @pytest.fixture(scope="module")
 def result() -> EfficiencyResult:
     return tiny_mesh().load(300.0).efficiency(MODEL, load_balance="frictionless", **ROUGH)
+
+
+def test_largest_film_ratio_is_that_of_points_that_carry_load(result: EfficiencyResult) -> None:
+    """A point with a vanishing force, as at the end of a line, does not change it."""
+    force = np.append(np.full(999, 1.0), [1e-9, 1e-12])
+    assert list(carrying_points(force)) == [True] * 999 + [False] * 2
+    at = carrying_points(result.points.force)
+    assert result.points.force[at].sum() >= 0.999 * result.points.force.sum()
+    shown = dict(zip(efficiency_table(result).names, efficiency_table(result).rows[0], strict=True))
+    assert shown["film_ratio_max"] == result.lubrication.film_ratio[at].max() <= result.lubrication.film_ratio.max()
 
 
 def test_results_are_equal_to_themselves_alone(result: EfficiencyResult, grid: Grid, comparison: Comparison) -> None:
