@@ -18,6 +18,7 @@ from efficiency.axle.axle_input import AxleInput, HousingInput, ShaftInput, load
 from efficiency.axle.result import SCATTER, SOURCES, AxlePoint, AxleResult
 from ehl.common.data import data_path
 from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.table import Table
 from ehl.common.validation import validate
 from ehl.fluid.oil import Oil
 
@@ -260,6 +261,17 @@ def test_command(mixed_ehl: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     found = json.loads(outcome.out)["points"][0]
     assert found["loss_bearings"] == pytest.approx(point().loss_bearings)
     assert found["loss_seals"] != pytest.approx(point().loss_seals, rel=0.01)
+
+
+@pytest.mark.parametrize("torque", [200.0, -150.0])
+def test_shown_powers_differ_by_the_shown_loss(torque: float) -> None:
+    found = axle().at(torque, 157.0, 353.15, MODEL)
+    tables = [item for item in found.sections("terminal")[0].items if isinstance(item, Table)]
+    of_point, by_source = ({c.name: c.text(v) for c, v in zip(t.columns, t.rows[-1], strict=True)} for t in tables[:2])
+    powers = [float(of_point[f"axle_power_{way}"]) for way in ("input", "output")]
+    loss = float(by_source["loss_total"])
+    assert powers[0] - powers[1] == pytest.approx(loss, abs=1.01 * 10.0 ** (math.floor(math.log10(loss)) - 1))
+    assert powers[0] == pytest.approx(found.points[0].axle_power_input, abs=loss / 20.0)
 
 
 def test_command_with_a_vehicle_speed(mixed_ehl: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
