@@ -33,7 +33,7 @@ from efficiency.pairs import load
 from efficiency.vehicle.axle_test import AxleTest
 from efficiency.vehicle.loss_map import signed_axes, uses_of
 from ehl.common.arrays import FloatArray
-from ehl.common.errors import ConvergenceError
+from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.quantities import quantity
 from ehl.common.threads import one_thread
 from ehl.common.validation import validate
@@ -218,8 +218,7 @@ class Axle:
         `interval` of the mesh (most of the time of a map) limits are nan.
         """
         torques, speeds = signed_axes(torque, speed)
-        own = self.operation.temperature
-        kelvins = [float(t) for t in axis_values("temperature", own if temperature is None else temperature)]
+        kelvins = [float(t) for t in axis_values("temperature", self._stated(temperature))]
         rows = [DutyRow(float(t), float(w), kelvin, 0.0) for kelvin in kelvins for w in speeds for t in torques]
         found: dict[tuple[float, float, float], _MeshLoss] = {}
         nodes: dict[Side, list[float]] = {}
@@ -258,8 +257,8 @@ class Axle:
         tyre_radius, temperature : float or str, optional
             As in `read_duty`; default temperature: that of the axle.
         """
-        own = self.operation.temperature if temperature is None else temperature
-        rows = duty_rows(duty, self.pair.design, tyre_radius=tyre_radius, temperature=own, unloaded=True)
+        at: Any = {"tyre_radius": tyre_radius, "temperature": self._stated(temperature)}
+        rows = duty_rows(duty, self.pair.design, **at, unloaded=True)
         return self._result("duty", rows, [self._mesh_loss(row, friction, many=True) for row in rows])
 
     @one_thread
@@ -272,10 +271,16 @@ class Axle:
         **options: Any,
     ) -> AxleTest:
         """Power loss at the test points of 40 CFR 1037.560; `options` as in `GearPair.axle_test`."""
-        own = self.operation.temperature
-        kelvin = float(checked("temperature", own if temperature is None else temperature))
+        kelvin = float(checked("temperature", self._stated(temperature)))
         held: dict[str, Any] = {"temperature": kelvin, "axle": _OtherLosses(self, kelvin), "grid": self._grid}
         return self.pair.axle_test(application, friction=friction, **held, **options)
+
+    def _stated(self, temperature: Any) -> Any:
+        """The given oil temperatures of many points, or that of the axle."""
+        if isinstance(temperature, str) and temperature == BALANCE:
+            allowed = "a temperature: the heat balance is that of one operating point"
+            raise InputError("temperature", temperature, allowed)
+        return self.operation.temperature if temperature is None else temperature
 
     def _other_losses(
         self, row: DutyRow, loads: Sequence[Sequence[tuple[float, float]]]

@@ -152,7 +152,8 @@ OPTIONS: dict[str, tuple[tuple[Any, ...], dict[str, str], str]] = {
         --xlsx=x.csv; --torque=-1:1 N m; --load-share=60 %"""),
     "axle": (("axle", "truck_hypoid"), {}, """
         --temperature=balanced; --bearings=skv; --seals=lip; --churning=iso; --duty=no.csv; --test=triple;
-        --model=x.csv; --model=x.vtlm; --tyre-radius=0.3 m; --duty duty.csv --test=single"""),
+        --model=x.csv; --model=x.vtlm; --tyre-radius=0.3 m; --duty duty.csv --test=single;
+        --test single --temperature=balance"""),
     "misalignment": (("misalignment", PAIR), {"--E": "0, 0.1 mm"}, """
         --E=0.1; --P=1 deg; --shaft-angle-error=1 mm; --side=up; --G=0.1; --marking=6; --E=0, 5 mm;
         --speed=1000 rpm; --samples=-1; --samples=2 --accuracy-grade=12"""),
