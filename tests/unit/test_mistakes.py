@@ -172,7 +172,8 @@ OPTIONS: dict[str, tuple[tuple[Any, ...], dict[str, str], str]] = {
     "plan": (("plan", PAIR), {"--duty": "duty.csv", "--output": "p.toml"}, """
         --duty=none.csv; --output=p.json; --oil=75w91; --size=0; --size=-1; --coverage=a"""),
     "study": (("study", PAIR), {}, """
-        --jobs=0; --torque=50; --roughness-each=0.2; --E=0.1; --shaft-angle-error=4 mm; --P=10 m"""),
+        --jobs=0; --torque=50; --roughness-each=0.2; --E=0.1; --shaft-angle-error=4 mm; --P=10 m;
+        eaxle_helical_23x75 --jobs=1 | design"""),
     "optimise": (("optimise", "fm_hypoid_13x42"), {}, """
         --vary=crowning; --objective=loss; --objective=pressure; --limit=presure_max; --flanks=drives; --evaluations=1;
         --batch=0; --check=-1; --seed=-1; --duty=none.csv; --oil=none; --E=0.05; --over=median; --jobs=0;
