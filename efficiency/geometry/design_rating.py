@@ -100,7 +100,7 @@ def rate_design(
     )
     drive, coast = (rate_flank(pair, inputs.model_copy(update={"loads": loads[side]}), side) for side in SIDES)
     # AGMA 2003 rates both flanks with the same numbers
-    agma = rate_agma(pair, inputs.model_copy(update={"loads": loads["drive"]}))
+    agma = rate_agma(pair, inputs.model_copy(update={"loads": loads["drive"] or loads["coast"]}))
     return DesignRating(design.name, inputs, drive, coast, agma, tuple(notes))
 
 
