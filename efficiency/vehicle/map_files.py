@@ -77,10 +77,11 @@ def modelica(found: LossMap, path: Path) -> str:
     """Modelica package (Standard Library 4): block `TorqueLoss` with the map, table `lossTable` for `LossyGear`.
 
     `LossyGear` has one efficiency and one friction torque for each speed and direction, here from a least-squares line
-    over the torques. The comment of the table states the largest deviation from the map.
+    over the torques. The comment of the table states the largest deviation from the map. A map without drive or coast
+    has no such table.
     """
     tables = _tables(found)
-    name = identifier(path)
+    name, both = identifier(path), bool(found.torques[0] < 0.0 < found.torques[-1])
     lossy, error = lossy_gear(found)
     blocks, outputs, equations = [], [], []
     for table, text in tables.items():
@@ -96,7 +97,7 @@ def modelica(found: LossMap, path: Path) -> str:
     return "\n".join(
         [
             f'package {name} "{_about(found)}"',
-            f'  constant Real lossTable[:,5] = {_matrix(lossy)} "Table of LossyGear, {deviation}";',
+            *(f'  constant Real lossTable[:,5] = {_matrix(lossy)} "Table of LossyGear, {deviation}";',) * both,
             '  block TorqueLoss "Torque loss at the pinion, bilinear; outside the axes that of the nearest point"',
             '    Modelica.Blocks.Interfaces.RealInput torque(unit="N.m") "Pinion torque, negative in coast";',
             '    Modelica.Blocks.Interfaces.RealInput speed(unit="rad/s") "Pinion speed";',

@@ -137,6 +137,10 @@ def test_other_formats_maps_without_coast_or_with_points_missing_are_no_file(tmp
     drive = replace(found, points=tuple(point for point in found.points if point.torque > 0.0))
     with refuses("torque"):
         drive.write_model(tmp_path / "drive.vtlm")
+    few = replace(found, points=tuple(point for point in found.points if point.torque >= 0.0))
+    # without coast it would be without loss there
+    assert "lossTable" not in few.write_model(tmp_path / "few.mo").read_text()
+    (tmp_path / "few.mo").unlink()
     torn = replace(found, points=(replace(found.points[0], status="failed", reason="no_contact"), *found.points[1:]))
     with pytest.raises(ConvergenceError, match="1 of 6 points"):
         torn.write_model(tmp_path / "torn.vtlm")
