@@ -211,13 +211,18 @@ class Axle:
         friction: Friction | None = None,
         *,
         interval: bool = True,
+        models: Sequence[Path | str] = (),
     ) -> AxleResult:
         """Losses at all combinations of torques (also zero and coast), speeds and oil temperatures.
 
         Parameters as in `at`, each a list of values, ``"a, b, c unit"`` or ``"from:to:number unit"``; without the
-        `interval` of the mesh (most of the time of a map) limits are nan.
+        `interval` of the mesh (most of the time of a map) limits are nan. `models`: as in `GearPair.loss_map`.
         """
+        from efficiency.vehicle.map_files import check_axes
+
         torques, speeds = signed_axes(torque, speed)
+        for path in models:
+            check_axes(path, torques, speeds)
         kelvins = [float(t) for t in axis_values("temperature", self._stated(temperature))]
         rows = [DutyRow(float(t), float(w), kelvin, 0.0) for kelvin in kelvins for w in speeds for t in torques]
         found: dict[tuple[float, float, float], _MeshLoss] = {}

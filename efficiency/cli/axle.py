@@ -34,11 +34,13 @@ def loss_map(
     files: shared.TableOptions,
 ) -> None:
     """Torque loss over pinion torque and speed, drive and coast, for vehicle simulation."""
-    shared.check_map_files(model, torque, speed)
+    shared.check_map_files(model)
     losses = _axle(axle)
     with working("loss map"):
         pair = efficiency.load(design)
-        found = pair.loss_map(torque, speed, friction, axle=losses, interval=bool(model), **conditions)
+        found = pair.loss_map(
+            torque, speed, friction, axle=losses, interval=bool(model), models=model or (), **conditions
+        )
     shared.write_map(found, model)
     shared.present(found, **files)
 
@@ -114,9 +116,10 @@ def axle(
         point["tyre_radius"] = tyre_radius
     of_map = any(is_list(point.get(name, "")) for name in ("torque", "speed", "temperature"))
     if model:
-        if not (point.get("torque") and point.get("speed")):
+        if not (of_map and point.get("torque") and point.get("speed")):
             raise InputError("model", str(model[0]), "only together with lists of --torque and --speed")
-        shared.check_map_files(model, point["torque"], point["speed"])
+        shared.check_map_files(model)
+        point["models"] = model
         if is_list(kelvin := point.get("temperature", "")):
             raise InputError("temperature", kelvin, "one value", "A map for another program has one oil temperature.")
     with working("axle losses"):

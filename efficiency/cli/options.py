@@ -200,16 +200,12 @@ MapFileOption = Annotated[
 ]
 
 
-def check_map_files(files: Sequence[Path] | None, torque: str, speed: str) -> None:
-    """Raise an `InputError` for map files that cannot be written, also for lists of torque or speed."""
-    from efficiency.vehicle.loss_map import signed_axes
-    from efficiency.vehicle.map_files import check_axes
-
+def check_map_files(files: Sequence[Path] | None) -> None:
+    """Raise an `InputError` for map files that cannot be written."""
     for path in files or ():
         if path.suffix.lower() not in MAP_FILES:
             raise InputError("model", str(path), f"a file name ending in {', '.join(MAP_FILES)}")
         console.check_outputs({"model": path})
-        check_axes(path, *signed_axes(torque, speed))
 
 
 def write_map(found: Any, files: Sequence[Path] | None) -> None:

@@ -19,8 +19,9 @@ VECTO = ".vtlm"
 VECTO_HEAD = "Input Speed [rpm],Input Torque [Nm],Torque Loss [Nm]"
 
 
-def check_axes(path: Path, torques: FloatArray, speeds: FloatArray) -> None:
+def check_axes(path: Path | str, torques: FloatArray, speeds: FloatArray) -> None:
     """Raise an `InputError` for increasing torques and speeds whose map the format of a file does not accept."""
+    path = Path(path)
     if path.suffix.lower() != VECTO and min(len(torques), len(speeds)) < 2:
         found = f"{len(torques)} torques, {len(speeds)} speeds"
         raise InputError("model", found, "at least two torques and two speeds")

@@ -156,7 +156,7 @@ def test_other_formats_maps_without_coast_or_with_points_missing_are_no_file(tmp
 )
 @pytest.mark.parametrize("command", [("loss-map", BEVEL.name), ("axle", "truck_hypoid")])
 def test_map_that_no_format_accepts_is_refused_first(mixed_ehl, monkeypatch, command, options, field):
-    for place in ("efficiency.pair.GearPair.loss_map", "efficiency.axle.axle.Axle.map"):
+    for place in ("efficiency.vehicle.loss_map.solve_loss_map", "efficiency.axle.axle.Axle._mesh"):
         monkeypatch.setattr(place, None)
     refused(mixed_ehl(*command, *options), f"{field} =")
 
