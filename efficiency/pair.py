@@ -378,6 +378,7 @@ class GearPair:
         grid: tuple[int, int] | None = None,
         progress: ProgressCallback | None = None,
         interval: bool = False,
+        models: Iterable[Path | str] = (),
         **conditions: Unpack[HeldValues],
     ) -> LossMap:
         """Torque loss over pinion torque and speed, drive and coast, for `LossMap.write_model`; see also `over`.
@@ -394,6 +395,8 @@ class GearPair:
             pinion torque) or a table file with the columns torque, speed, torque_loss; default: none.
         interval : bool
             Columns of the 90 % interval by uncertain inputs (0.05 s a point).
+        models : iterable of Path or str
+            Files for `LossMap.write_model`: torques and speeds that a format does not accept are refused first.
         **conditions : float or str
             Conditions of all points that differ from the design, as in `LoadedMesh.efficiency`.
 
@@ -403,8 +406,11 @@ class GearPair:
             A value out of range.
         """
         from efficiency.vehicle.loss_map import resolve_axle, signed_axes, solve_loss_map
+        from efficiency.vehicle.map_files import check_axes
 
         torques, speeds = signed_axes(torque, speed)
+        for path in models:
+            check_axes(path, torques, speeds)
         kelvin = checked("temperature", self.design.operation.temperature if temperature is None else temperature)
         evaluator, about = self._evaluator(friction, grid, conditions, progress, interval=interval)
         return solve_loss_map(torques, speeds, kelvin, evaluator, resolve_axle(axle), **about)

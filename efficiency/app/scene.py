@@ -299,7 +299,7 @@ class Bench:
         axle, point = self.axle(texts)
         found = axle.at(**point).points[0]
         speeds = [abs(found.speed) * share for share in np.linspace(0.2, 2.0, 10)]
-        losses = axle.map([found.torque], speeds, [found.temperature])
+        losses = axle.map([found.torque], speeds, [found.temperature], interval=False)
         rpm = [float(f"{speed * 30.0 / math.pi:.3g}") for speed in speeds]
         return rpm, {name: losses.values(f"loss_{name}").round(2).tolist() for name in SOURCES}
 

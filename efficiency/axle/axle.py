@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any, Literal, get_args
 
 import numpy as np
-from scipy.interpolate import RegularGridInterpolator
 from scipy.optimize import brentq
 
 from efficiency.axle.axle_input import AxleInput, MethodsInput, ShaftInput, load_axle
@@ -25,7 +24,8 @@ from efficiency.conditions.grid import Condition, Evaluator, GridPoint
 from efficiency.contact.gear_flanks import Side
 from efficiency.design.design import Design
 from efficiency.loss.efficiency_result import EfficiencyResult
-from efficiency.loss.kinematics import OperatingPoint
+from efficiency.loss.kinematics import Driver, OperatingPoint
+from efficiency.loss.uncertainty import loss_interval
 from efficiency.ltca.shaft_forces import shaft_wrenches
 from efficiency.mesh import Mesh
 from efficiency.output.tables import outside_note
@@ -33,7 +33,7 @@ from efficiency.pairs import load
 from efficiency.vehicle.axle_test import AxleTest
 from efficiency.vehicle.loss_map import signed_axes, uses_of
 from ehl.common.arrays import FloatArray
-from ehl.common.errors import ConvergenceError
+from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.quantities import quantity
 from ehl.common.threads import one_thread
 from ehl.common.validation import validate
@@ -67,24 +67,18 @@ class _MeshLoss:
         return cls(math.nan, math.nan, math.nan, math.nan, reason, notes)
 
     @classmethod
-    def of(cls, point: GridPoint, ends: tuple[float, float], model: str) -> _MeshLoss:
-        """Of a point whose loss at the ends of its interval is known as a share of it."""
+    def of(cls, point: GridPoint, row: DutyRow, model: str, *, interval: bool) -> _MeshLoss:
+        """Of a point of a grid or duty cycle; nan without its interval."""
         if point.reason:
             return cls.failed(point.reason, point.notes)
-        loss = float(point.figure("power_loss") + point.figure("power_loss_rolling"))
-        outside = float(point.figure("outside_range_share"))
+        names = ("power_loss", "power_loss_rolling", "outside_range_share")
+        sliding, rolling, outside = (float(point.figure(name)) for name in names)
+        ends = math.nan, math.nan
+        if interval:
+            lower, upper = (float(point.figure(name)) for name in ("efficiency_lower", "efficiency_upper"))
+            ends = loss_interval(sliding, rolling, lower, upper, abs(row.torque * row.speed), row.driver)
         said = (*point.notes, *filter(None, (outside_note(outside, model_label(model)),)))
-        uses = uses_of([point])
-        return cls(loss, loss * ends[0], loss * ends[1], outside, "", said, model, uses)
-
-
-def _ends(result: EfficiencyResult | None) -> tuple[float, float]:
-    """Ends of the 90 % interval of the mesh loss as shares of it."""
-    if result is None or result.reason:
-        return 1.0, 1.0
-    low, high = result.loss_interval
-    loss = result.power_loss + result.power_loss_rolling
-    return low / loss, high / loss
+        return cls(sliding + rolling, *ends, outside, "", said, model, uses_of([point]))
 
 
 class Axle:
@@ -210,15 +204,26 @@ class Axle:
 
     @one_thread
     def map(
-        self, torque: Values, speed: Values, temperature: Values | None = None, friction: Friction | None = None
+        self,
+        torque: Values,
+        speed: Values,
+        temperature: Values | None = None,
+        friction: Friction | None = None,
+        *,
+        interval: bool = True,
+        models: Sequence[Path | str] = (),
     ) -> AxleResult:
         """Losses at all combinations of torques (also zero and coast), speeds and oil temperatures.
 
-        Parameters as in `at`, each a list of values, ``"a, b, c unit"`` or ``"from:to:number unit"``.
+        Parameters as in `at`, each a list of values, ``"a, b, c unit"`` or ``"from:to:number unit"``; without the
+        `interval` of the mesh (most of the time of a map) limits are nan. `models`: as in `GearPair.loss_map`.
         """
+        from efficiency.vehicle.map_files import check_axes
+
         torques, speeds = signed_axes(torque, speed)
-        own = self.operation.temperature
-        kelvins = [float(t) for t in axis_values("temperature", own if temperature is None else temperature)]
+        for path in models:
+            check_axes(path, torques, speeds)
+        kelvins = [float(t) for t in axis_values("temperature", self._stated(temperature))]
         rows = [DutyRow(float(t), float(w), kelvin, 0.0) for kelvin in kelvins for w in speeds for t in torques]
         found: dict[tuple[float, float, float], _MeshLoss] = {}
         nodes: dict[Side, list[float]] = {}
@@ -228,18 +233,14 @@ class Axle:
             if not loaded:
                 continue
             axes = loaded, [float(w) for w in speeds], kelvins
-            grid = self._mesh(side).map(friction, *axes, driver="pinion" if side == "drive" else "gear")
-            # intervals are interpolated from the ends of the axes
-            shape, few = tuple(map(len, axes)), [sorted({0, len(values) - 1}) for values in axes]
-            corners = [grid.points[int(np.ravel_multi_index(at, shape))].result for at in itertools.product(*few)]
-            ends = np.log([_ends(corner) for corner in corners]).reshape(*map(len, few), 2)
-            at_corners = [[values[k] for k in some] for values, some in zip(axes, few, strict=True)]
-            places = list(itertools.product(*axes))
-            spread = np.exp(RegularGridInterpolator(at_corners, ends)(places)).tolist()
-            model = next((corner.friction_model for corner in corners if corner is not None), "")
-            nodes[side] = sorted({point.result.conditions.torque for point in grid.points if point.result is not None})
-            for (t, w, kelvin), point, (low, high) in zip(places, grid.points, spread, strict=True):
-                found[sign * t, w, kelvin] = _MeshLoss.of(point, (low, high), model)
+            driver: Driver = "pinion" if side == "drive" else "gear"
+            grid = self._mesh(side).map(friction, *axes, driver=driver, interval=interval)
+            solved = grid.results
+            model = next((result.friction_model for result in solved), "")
+            nodes[side] = sorted({result.conditions.torque for result in solved})
+            for (t, w, kelvin), point in zip(itertools.product(*axes), grid.points, strict=True):
+                row = DutyRow(sign * t, w, kelvin, 0.0)
+                found[row.torque, w, kelvin] = _MeshLoss.of(point, row, model, interval=interval)
         losses = [found[row.torque, row.speed, row.temperature] if row.torque else _MeshLoss() for row in rows]
         return self._result("map", rows, losses, nodes)
 
@@ -261,8 +262,8 @@ class Axle:
         tyre_radius, temperature : float or str, optional
             As in `read_duty`; default temperature: that of the axle.
         """
-        own = self.operation.temperature if temperature is None else temperature
-        rows = duty_rows(duty, self.pair.design, tyre_radius=tyre_radius, temperature=own, unloaded=True)
+        at: Any = {"tyre_radius": tyre_radius, "temperature": self._stated(temperature)}
+        rows = duty_rows(duty, self.pair.design, **at, unloaded=True)
         return self._result("duty", rows, [self._mesh_loss(row, friction, many=True) for row in rows])
 
     @one_thread
@@ -275,10 +276,16 @@ class Axle:
         **options: Any,
     ) -> AxleTest:
         """Power loss at the test points of 40 CFR 1037.560; `options` as in `GearPair.axle_test`."""
-        own = self.operation.temperature
-        kelvin = float(checked("temperature", own if temperature is None else temperature))
+        kelvin = float(checked("temperature", self._stated(temperature)))
         held: dict[str, Any] = {"temperature": kelvin, "axle": _OtherLosses(self, kelvin), "grid": self._grid}
         return self.pair.axle_test(application, friction=friction, **held, **options)
+
+    def _stated(self, temperature: Any) -> Any:
+        """The given oil temperatures of many points, or that of the axle."""
+        if isinstance(temperature, str) and temperature == BALANCE:
+            allowed = "a temperature: the heat balance is that of one operating point"
+            raise InputError("temperature", temperature, allowed)
+        return self.operation.temperature if temperature is None else temperature
 
     def _other_losses(
         self, row: DutyRow, loads: Sequence[Sequence[tuple[float, float]]]
@@ -362,9 +369,9 @@ class Axle:
         def at(conditions: Sequence[Condition]) -> list[EfficiencyResult]:
             return [self.pair.at(friction, grid=self._grid, many=many, **condition) for condition in conditions]
 
-        [point] = Evaluator(at).points([row.condition])
+        [point] = Evaluator(at, interval=interval).points([row.condition])
         model = point.result.friction_model if point.result is not None else ""
-        return _MeshLoss.of(point, _ends(point.result) if interval else (1.0, 1.0), model)
+        return _MeshLoss.of(point, row, model, interval=interval)
 
     def _balanced(self, torque: float, speed: float, friction: Friction | None) -> float:
         """Oil temperature at which the heat that leaves is the loss [K].

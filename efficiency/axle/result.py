@@ -70,7 +70,7 @@ def _by_uncertainty(name: str, digits: int, label: str) -> Column:
         return Column(name, label=label, digits=digits + 1)
     if name == "outside_range_share":
         return Column(name, label=label, decimals=1)
-    uncertain = name.startswith(("loss_", "energy_", "heat_")) or name == "axle_power_output"
+    uncertain = name.startswith(("loss_", "energy_", "heat_", "axle_power_"))
     return Column(name, label=label, digits=digits if uncertain else 0, rounded=uncertain)
 
 
@@ -204,7 +204,8 @@ class AxleResult(LossTable):
         names = [name for name in table.names if not name.startswith(hidden)]
         names = [name for name in names if name not in ("status", "reason") or self.reason]
         table, labels = table.select(names), {} if point else _SHORT
-        columns = [_by_uncertainty(name, 2 if point else 3, labels.get(name, "")) for name in names]
+        least = {name: self._digits_of(name) for name in names} if point else {}
+        columns = [_by_uncertainty(name, least.get(name, 3), labels.get(name, "")) for name in names]
         notes = () if point else ("The files also have powers, heat flows and the temperature of the housing.",)
         return replace(table, columns=columns, notes=notes)
 
@@ -227,6 +228,13 @@ class AxleResult(LossTable):
             others = ", ".join(f"{name} {_brief('loss_total', loss)}" for name, loss in self.alternatives.items())
             method += f" Other methods: {others}."
         return [Section("", [*head, *tables, notes, Text(method), Text(OUTSIDE)])]
+
+    def _digits_of(self, name: str) -> int:
+        """Digits of a value of a single point: two, for a power as many as the decimal place of the loss requires."""
+        power, loss = (abs(getattr(self.points[0], of)) for of in (name, "loss_total"))
+        if not name.startswith("axle_power_") or not power * loss > 0.0:
+            return 2
+        return 2 + max(0, math.floor(math.log10(power)) - math.floor(math.log10(loss)))
 
     @property
     def _shown(self) -> str:

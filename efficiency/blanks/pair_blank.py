@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
-from math import tan
+from math import nan, tan
 from typing import Any
 
 from efficiency.blanks.agma_2003 import AgmaRating
@@ -286,9 +286,11 @@ def _rating(
     for side, flank in flanks.items():
         every = vars(flank) | (vars(flank.spectrum) if flank.spectrum else {})
         members[side] = {name: value for name, value in every.items() if isinstance(value, tuple)}
-    own = list(next(iter(members.values())))
+    # a flank that no step of the spectrum loads has no damage
+    own = list(dict.fromkeys(name for values in members.values() for name in values))
+    unknown = nan, nan
     rows = [
-        (side, member, *(values[name][i] for name in own))
+        (side, member, *(values.get(name, unknown)[i] for name in own))
         for side, values in members.items()
         for i, member in enumerate(("pinion", "gear"))
     ]

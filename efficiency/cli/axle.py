@@ -38,7 +38,9 @@ def loss_map(
     losses = _axle(axle)
     with working("loss map"):
         pair = efficiency.load(design)
-        found = pair.loss_map(torque, speed, friction, axle=losses, interval=bool(model), **conditions)
+        found = pair.loss_map(
+            torque, speed, friction, axle=losses, interval=bool(model), models=model or (), **conditions
+        )
     shared.write_map(found, model)
     shared.present(found, **files)
 
@@ -96,6 +98,7 @@ def axle(
     point: shared.PointOptions,
     friction: shared.FrictionOption = None,
     duty: Annotated[Path | None, typer.Option(help="Duty cycle, CSV or XLSX, instead of torque and speed.")] = None,
+    tyre_radius: shared.TyreOption = None,
     model: shared.MapFileOption = None,
     test: Annotated[str | None, typer.Option(help="Test points of 40 CFR 1037.560: single or tandem.")] = None,
     methods: _MethodOptions,
@@ -105,11 +108,20 @@ def axle(
 
     With --temperature balance, the oil temperature follows from the heat balance of loss, housing and cooler.
     """
-    shared.check_map_files(model)
     application = shared.one_of("test", test, "single", "tandem")
+    if duty is None and tyre_radius is not None:
+        raise InputError("tyre_radius", tyre_radius, "only together with --duty")
+    if duty is not None:
+        shared.refuse("--duty", {"test": test})
+        point["tyre_radius"] = tyre_radius
     of_map = any(is_list(point.get(name, "")) for name in ("torque", "speed", "temperature"))
-    if model and not of_map:
-        raise InputError("model", str(model[0]), "only together with lists of --torque and --speed")
+    if model:
+        if not (of_map and point.get("torque") and point.get("speed")):
+            raise InputError("model", str(model[0]), "only together with lists of --torque and --speed")
+        shared.check_map_files(model)
+        point["models"] = model
+        if is_list(kelvin := point.get("temperature", "")):
+            raise InputError("temperature", kelvin, "one value", "A map for another program has one oil temperature.")
     with working("axle losses"):
         found = _solve(efficiency.Axle(axle, methods=methods), point, of_map, friction, duty, application)
     if model:

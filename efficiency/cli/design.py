@@ -354,7 +354,7 @@ def optimise(
     chosen |= {"misalignment": box, "store": store, **more}
     with console.output_folder(output), console.working("optimisation", shared.kept("evaluations", store, fresh)):
         result = efficiency.optimise(targets, _variables(vary), **chosen)
-    shared.present_folder(result, json_output, output)
+    shared.present_folder(result, json_output, output, "no better design")
 
 
 def _parts(texts: list[str]) -> list[tuple[str, str, str]]:

@@ -99,7 +99,7 @@ def map_points(
 
 
 _RecordingOptions: Any = shared.group(
-    tyre_radius=shared.text_option("Tyre radius for a vehicle speed in km/h, e.g. '0.32 m'.", panel=None),
+    tyre_radius=shared.TyreOption,
     ratio=Annotated[
         float | None, typer.Option(help="Pinion revolutions per wheel revolution; default: that of the pair.")
     ],

@@ -183,15 +183,16 @@ def kept(what: str, store: Path, fresh: bool) -> str:
     return f"finished {what} are kept in {store}; the same command{' without --fresh' if fresh else ''} resumes"
 
 
-def present_folder(result: Any, json_output: bool, folder: Path) -> None:
-    """Print a result and write it into a folder; exit code 1 if it failed."""
+def present_folder(result: Any, json_output: bool, folder: Path, failed: str = "not converged") -> None:
+    """Print a result and write it into a folder; exit code 1 if it `failed`."""
     written = result.write(folder=folder)
     console.print_result(result, json_output)
     for path in () if json_output else written:
         print(path)
-    console.fail_unless_converged(result.status, result.reason)
+    console.fail_unless_converged(result.status, result.reason, failed)
 
 
+TyreOption = text_option("Tyre radius for a vehicle speed in km/h, e.g. '0.32 m'.", panel=None)
 MAP_FILES = (".vtlm", ".fmu", ".mo", ".m")
 MapFileOption = Annotated[
     list[Path] | None,

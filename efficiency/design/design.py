@@ -398,7 +398,10 @@ def load_design(name: str | Path) -> Design:
     Returns: the design; paths of point files are relative to the folder of the file.
     """
     path = named_file("design", "designs", name)
-    return validate(Design, flank_input.from_folder(read_toml(path, "design"), path.parent))
+    content = read_toml(path, "design")
+    if content.get("kind") == "cylindrical":
+        raise InputError("design", str(name), "a bevel or hypoid pair", "The design is of a cylindrical pair.")
+    return validate(Design, flank_input.from_folder(content, path.parent))
 
 
 T = TypeVar("T")

@@ -19,9 +19,9 @@ from efficiency.blanks.rating import RatedMember, RatedPair, RatingInput, Rating
 from efficiency.blanks.tangency import PitchCones
 from efficiency.blanks.virtual_gears import virtual_gears
 from efficiency.conditions.duty import DutyRow
-from efficiency.contact.gear_flanks import MEMBERS, SIDES
+from efficiency.contact.gear_flanks import MEMBERS, SIDES, Member
 from efficiency.contact.tooth_grid import normal_thickness
-from efficiency.cutting.flank import CutFlank
+from efficiency.cutting.cutter import FLANK_SIDES, Blade
 from efficiency.design.design import Design, PairDesign
 from efficiency.strength.root_mesh import EDGE_RADIUS
 from ehl.common.arrays import finite_or_none
@@ -84,8 +84,7 @@ def rate_design(
         notes.append("the design has no roughness: Rz of the flanks 8 um")
     pair = rated_pair(design)
     for member in MEMBERS:
-        flanks = design.flanks().of(member).values()
-        radius = min((flank.blade.edge_radius for flank in flanks if isinstance(flank, CutFlank)), default=0.0)
+        radius = min((blade.edge_radius for blade in _blades(design, member)), default=0.0)
         if radius <= 0.0:
             radius = EDGE_RADIUS * pair.module_normal
             assumed = f"{1e3 * radius:.3g} mm, {EDGE_RADIUS:g} normal modules"
@@ -100,13 +99,20 @@ def rate_design(
     )
     drive, coast = (rate_flank(pair, inputs.model_copy(update={"loads": loads[side]}), side) for side in SIDES)
     # AGMA 2003 rates both flanks with the same numbers
-    agma = rate_agma(pair, inputs.model_copy(update={"loads": loads["drive"]}))
+    agma = rate_agma(pair, inputs.model_copy(update={"loads": loads["drive"] or loads["coast"]}))
     return DesignRating(design.name, inputs, drive, coast, agma, tuple(notes))
 
 
 def _steps(rows: Sequence[DutyRow], side: str) -> list[RatingLoad]:
     used = [row for row in rows if row.side == side and row.torque != 0.0 and row.speed != 0.0 and row.hours > 0.0]
     return [RatingLoad(torque=abs(row.torque), speed=abs(row.speed), hours=row.hours) for row in used]
+
+
+def _blades(design: Design, member: Member) -> list[Blade]:
+    """Blades of the flanks of a member; those of a measured flank are nominal, other points have none."""
+    part = getattr(design, member)
+    nominal = ((side, getattr(part, side).nominal) for side in FLANK_SIDES)
+    return [own.cutter.blade(side, part.blank.hand) for side, own in nominal if own is not None]
 
 
 def rated_pair(design: Design) -> RatedPair:
@@ -148,7 +154,7 @@ def rated_pair(design: Design) -> RatedPair:
         virtual_gears(cones, place, module, heights, two.face_width, alpha, own)
         for alpha, own in zip(map(float, alphas), (limit, -limit), strict=True)
     )
-    cut = [flank.blade.point_radius for flank in design.flanks().of("gear").values() if isinstance(flank, CutFlank)]
+    cut = [blade.point_radius for blade in _blades(design, "gear")]
     return RatedPair(
         pinion=members[0],
         gear=members[1],

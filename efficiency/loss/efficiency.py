@@ -89,8 +89,7 @@ def _mesh_efficiency(
     loaded: LoadedGrids, friction: models.FrictionModel, oil: Oil, operation: Operation
 ) -> models.Run[results.EfficiencyResult]:
     clock = time.perf_counter()
-    mesh, count = loaded.mesh, len(loaded.mesh.fine)
-    modulus = mesh.teeth.effective_modulus
+    mesh, modulus = loaded.mesh, loaded.mesh.teeth.effective_modulus
     fine = loaded_points(loaded.fine, modulus, operation)
     coarse = loaded_points(loaded.coarse, modulus, operation)
     table, estimate = yield models.Request(fine.state, whole=True)
@@ -102,94 +101,31 @@ def _mesh_efficiency(
         fine, coarse = (replace(p, force=own.loaded["force"]) for p, own in ((fine, load), (coarse, other)))
         loaded = LoadedGrids(mesh, load, other, loaded.balance)
     lubrication = local_lubrication(fine, estimate, table, (mesh.teeth.material_pinion, mesh.teeth.material_gear))
-    solved = estimate if isinstance(estimate, SolvedFriction) else None
-
-    torque, speed = loaded.fine.torque, operation.speed
-
-    def efficiency_at(losses: FloatArray) -> float:
-        return efficiency_of(float(losses.mean()), torque, speed, operation.driver)
-
-    losses = position_losses(fine, estimate.mu, count)
-    rolling = rolling_losses(fine, lubrication.rolling_traction, count)
-    efficiency = efficiency_at(losses)
-    others = efficiency_at(losses[::2]), efficiency_at(position_losses(coarse, estimate_coarse.mu, count))
-    error_positions, error_points = (SAFETY * abs(efficiency - other) for other in others)
     reason = _reason(loaded, estimate, estimate_coarse)
     if not reason and not math.isfinite(moved + moved_coarse):
         reason = "self_locking"
-    sliding_power = float(position_losses(fine, np.ones(fine.force.size), count).mean())
-    power_loss = float(losses.mean())
-    distance = load.distance if isinstance(load, TangentLoad) else 0.0
-    errors = results.EfficiencyErrors(
-        error_positions,
-        error_points,
-        contacts=abs(efficiency_at(losses * (1.0 + solved.mean_error)) - efficiency) if solved else 0.0,
-        balance=balance_error(power_loss / (torque * speed), moved, distance),
-    )
-    power_pinion = torque * speed
-    power_input = power_pinion if operation.driver == "pinion" else power_pinion + power_loss
-    edges, (bulk_pinion, bulk_gear) = loaded.edges, operation.bulk
+    losses = position_losses(fine, estimate.mu, len(mesh.fine))
+    rolling = rolling_losses(fine, lubrication.rolling_traction, len(mesh.fine))
+    coarse_losses = position_losses(coarse, estimate_coarse.mu, len(mesh.fine))
+    sliding_power = float(position_losses(fine, np.ones(fine.force.size), len(mesh.fine)).mean())
+    figures = _efficiencies(losses, rolling, loaded.fine.torque, operation)
+    errors = _errors(losses, coarse_losses, estimate, load, moved, operation)
     cold = operation.temperature_bulk_pinion is None and operation.temperature_bulk_gear is None
     found = results.EfficiencyResult(
         design=mesh.design,
         side=mesh.side,
         friction_model=friction.name,
-        conditions=results.OperatingConditions(
-            torque=torque,
-            speed=speed,
-            temperature=operation.temperature,
-            oil=oil.name,
-            driver=operation.driver,
-            load_balance="frictionless" if loaded.balance is None else "frictional",
-            temperature_inlet=operation.inlet,
-            temperature_bulk_pinion=bulk_pinion,
-            temperature_bulk_gear=bulk_gear,
-            roughness_rms_pinion=operation.roughness_rms_pinion,
-            roughness_rms_gear=operation.roughness_rms_gear,
-            correlation_length=float(np.median(fine.state.correlation_length)),
-            peklenik_number=float(np.median(fine.state.peklenik_number)),
-        ),
-        efficiency=efficiency,
-        efficiency_with_rolling=efficiency_at(losses + rolling),
+        conditions=_conditions(loaded, oil, operation, fine),
+        **figures,
         efficiency_error=sum(astuple(errors)),
         errors=errors,
-        power_loss=power_loss,
-        power_loss_rolling=float(rolling.mean()),
-        power_input=power_input,
-        power_output=power_input - power_loss,
-        friction_coefficient_mean=power_loss / sliding_power if sliding_power > 0.0 else math.nan,
+        friction_coefficient_mean=figures["power_loss"] / sliding_power if sliding_power > 0.0 else math.nan,
         pressure_hertz_max=loaded.fine.pressure_hertz_max,
-        edges=results.EdgeContact(
-            edges.pressure,
-            edges.pressure_lower,
-            edges.pressure_upper,
-            edges.share,
-            _share(estimate.mu * fine.force * fine.speed_sliding, loaded.fine.loaded["at_edge"].astype(bool)),
-        ),
-        cycle=results.MeshCycle(
-            transmission_error_loaded=float(np.ptp(loaded.fine.transmission_error)),
-            transmission_error_unloaded=mesh.unloaded_error,
-            pinion_angle=np.array([p.pinion_angle for p in mesh.fine]),
-            power_loss=losses,
-            power_loss_rolling=rolling,
-            transmission_error=loaded.fine.transmission_error,
-        ),
+        edges=_edge_contact(loaded, fine, estimate),
+        cycle=_cycle(loaded, losses, rolling),
         outside_range_share=_outside_range(fine, estimate),
-        friction_range=results.FrictionRange(
-            ranges={name: (float(table[name].min()), float(table[name].max())) for name in RANGES},
-            flags={flag.name.lower(): int(np.count_nonzero(estimate.flag == flag)) for flag in models.FrictionFlag},
-            flag_shares=_flag_shares(fine, estimate),
-            measured_share=_measured_share(fine, table),
-        ),
-        solution=results.SolutionSize(
-            positions=count,
-            points_per_line=mesh.points_per_line,
-            points_loaded=fine.force.size,
-            contacts=solved.contacts if solved else 0,
-            contacts_failed=dict(solved.failed) if solved else {},
-            torque_residual=loaded.fine.torque_residual,
-            compatibility_residual=loaded.fine.compatibility_residual,
-        ),
+        friction_range=_friction_range(fine, estimate, table),
+        solution=_solution_size(loaded, fine, estimate),
         status="failed" if reason else "converged",
         reason=reason,
         deflection={} if mesh.deflection is None else asdict(mesh.deflection),
@@ -207,6 +143,108 @@ def _mesh_efficiency(
         case=results.ResultCase(friction, operation, oil),
     )
     return replace(found, **_UNKNOWN) if reason else found
+
+
+def _efficiencies(losses: FloatArray, rolling: FloatArray, torque: float, operation: Operation) -> dict[str, Any]:
+    """Efficiencies and powers from the losses at each position."""
+    power_pinion, power_loss = torque * operation.speed, float(losses.mean())
+    power_input = power_pinion if operation.driver == "pinion" else power_pinion + power_loss
+    at: tuple[Any, ...] = torque, operation.speed, operation.driver
+    return {
+        "efficiency": efficiency_of(power_loss, *at),
+        "efficiency_with_rolling": efficiency_of(float((losses + rolling).mean()), *at),
+        "power_loss": power_loss,
+        "power_loss_rolling": float(rolling.mean()),
+        "power_input": power_input,
+        "power_output": power_input - power_loss,
+    }
+
+
+def _errors(
+    losses: FloatArray,
+    coarse: FloatArray,
+    estimate: models.FrictionEstimate,
+    load: LoadDistribution,
+    moved: float,
+    operation: Operation,
+) -> results.EfficiencyErrors:
+    """Numerical errors of the efficiency from the losses at each position of both grids and the torque balance."""
+
+    def efficiency_at(losses: FloatArray) -> float:
+        return efficiency_of(float(losses.mean()), load.torque, operation.speed, operation.driver)
+
+    error = estimate.mean_error if isinstance(estimate, SolvedFriction) else 0.0
+    distance = load.distance if isinstance(load, TangentLoad) else 0.0
+    return results.EfficiencyErrors(
+        positions=SAFETY * abs(efficiency_at(losses) - efficiency_at(losses[::2])),
+        points=SAFETY * abs(efficiency_at(losses) - efficiency_at(coarse)),
+        contacts=abs(efficiency_at(losses * (1.0 + error)) - efficiency_at(losses)),
+        balance=balance_error(float(losses.mean()) / (load.torque * operation.speed), moved, distance),
+    )
+
+
+def _conditions(
+    loaded: LoadedGrids, oil: Oil, operation: Operation, points: LoadedPoints
+) -> results.OperatingConditions:
+    bulk_pinion, bulk_gear = operation.bulk
+    return results.OperatingConditions(
+        torque=loaded.fine.torque,
+        speed=operation.speed,
+        temperature=operation.temperature,
+        oil=oil.name,
+        driver=operation.driver,
+        load_balance="frictionless" if loaded.balance is None else "frictional",
+        temperature_inlet=operation.inlet,
+        temperature_bulk_pinion=bulk_pinion,
+        temperature_bulk_gear=bulk_gear,
+        roughness_rms_pinion=operation.roughness_rms_pinion,
+        roughness_rms_gear=operation.roughness_rms_gear,
+        correlation_length=float(np.median(points.state.correlation_length)),
+        peklenik_number=float(np.median(points.state.peklenik_number)),
+    )
+
+
+def _edge_contact(loaded: LoadedGrids, points: LoadedPoints, estimate: models.FrictionEstimate) -> results.EdgeContact:
+    power, edges = estimate.mu * points.force * points.speed_sliding, loaded.edges
+    lost = _share(power, loaded.fine.loaded["at_edge"].astype(bool))
+    return results.EdgeContact(edges.pressure, edges.pressure_lower, edges.pressure_upper, edges.share, lost)
+
+
+def _cycle(loaded: LoadedGrids, losses: FloatArray, rolling: FloatArray) -> results.MeshCycle:
+    return results.MeshCycle(
+        transmission_error_loaded=float(np.ptp(loaded.fine.transmission_error)),
+        transmission_error_unloaded=loaded.mesh.unloaded_error,
+        pinion_angle=np.array([p.pinion_angle for p in loaded.mesh.fine]),
+        power_loss=losses,
+        power_loss_rolling=rolling,
+        transmission_error=loaded.fine.transmission_error,
+    )
+
+
+def _friction_range(
+    points: LoadedPoints, estimate: models.FrictionEstimate, table: Conditions
+) -> results.FrictionRange:
+    return results.FrictionRange(
+        ranges={name: (float(table[name].min()), float(table[name].max())) for name in RANGES},
+        flags={flag.name.lower(): int(np.count_nonzero(estimate.flag == flag)) for flag in models.FrictionFlag},
+        flag_shares=_flag_shares(points, estimate),
+        measured_share=_measured_share(points, table),
+    )
+
+
+def _solution_size(
+    loaded: LoadedGrids, points: LoadedPoints, estimate: models.FrictionEstimate
+) -> results.SolutionSize:
+    solved = estimate if isinstance(estimate, SolvedFriction) else None
+    return results.SolutionSize(
+        positions=len(loaded.mesh.fine),
+        points_per_line=loaded.mesh.points_per_line,
+        points_loaded=points.force.size,
+        contacts=solved.contacts if solved else 0,
+        contacts_failed=dict(solved.failed) if solved else {},
+        torque_residual=loaded.fine.torque_residual,
+        compatibility_residual=loaded.fine.compatibility_residual,
+    )
 
 
 def balanced_efficiency(

@@ -189,6 +189,7 @@ def optimise(
             text = json.dumps(finite_or_none(content), indent=1) + "\n"
             write_file(path.with_name("problem.json"), text, "output")
         problem, first, states, task, notes = _begin(problem, evaluate, default=limits is None)
+        start_known = len(journal.reused) == len(problem.states)
         allowed = evaluation.allowed_of(problem, first)
         correction, points = Correction(problem, allowed), [first]
         candidates: tuple[Candidate, ...] = ()
@@ -215,7 +216,7 @@ def optimise(
         gain_split=split,
         seed=seed,
         jobs=jobs,
-        reused=len(journal.reused),
+        reused=start_known + sum(point.key in journal.reused for point in points[1:]),
         seconds=time.perf_counter() - clock,
     )
     if split:

@@ -229,9 +229,10 @@ def candidates_table(result: Optimisation) -> Table:
     names, variables = result.problem.figures, [v.name for v in result.problem.variables]
     unknown = math.nan, math.nan
     start, at = f"{result.name} (start)", result.problem.start_values
-    checked = [(start, 0.0, unknown, unknown, c.start.figures, at, "") for c in result.candidates[:1]]
+    checked = [(start, 0.0, unknown, unknown, c.start.figures, at, "start") for c in result.candidates[:1]]
     if not checked:
-        checked = [(start, 0.0, unknown, unknown, result.start.figures, at, "on the mesh of the search")]
+        coarse = f"{result.name} (start, mesh of the search)"
+        checked = [(coarse, 0.0, unknown, unknown, result.start.figures, at, "")]
     for c in result.candidates:
         gains = c.change("power_loss"), c.gain_interval, c.solved_gain
         checked.append((c.name, *gains, c.exact.figures, c.point.variables, c.verdict))
@@ -241,7 +242,9 @@ def candidates_table(result: Optimisation) -> Table:
     ]
     heads = ("loss_change", "gain_lower", "gain_upper", "solved_gain", "solved_gain_error")
     columns = [*map(Column, ("design", *heads, *names)), *map(_variable, variables), Column("verdict")]
-    kept = [k for k, c in enumerate(columns) if not c.name.startswith("solved") or any(_known(r[k]) for r in rows)]
+    optional = ("gain_lower", "gain_upper", *(name for name in heads if name.startswith("solved")))
+    kept = [k for k, c in enumerate(columns) if c.name not in optional or any(_known(row[k]) for row in rows)]
+    kept = kept if result.candidates else kept[:-1]
     shown = [tuple(row[k] for k in kept) for row in rows]
     return Table([columns[k] for k in kept], shown, headline(result), (_timing(result),), "candidates", vertical=True)
 
@@ -275,7 +278,7 @@ def optimisation_sections(result: Optimisation, medium: Medium) -> list[Section]
         tables = [front_table(result), candidates_table(result), evaluations_table(result)]
         return [Section("", [Head(headline(result)), *tables])]
     if medium == "terminal":
-        return [Section("", [candidates_table(result), Notes([Note("warning", note) for note in result.notes])])]
+        return [Section("", [candidates_table(result), Notes(_notes(result))])]
     head = Head(
         f"Less loss: {result.name}",
         f"{duty_text(result)}; {result.problem.oil}, friction: {model_label(result.problem.friction)}",
@@ -330,11 +333,16 @@ def design_head(result: Optimisation, candidate: Candidate) -> str:
     return "".join(f"# {line}\n" for line in lines)
 
 
+def _notes(result: Optimisation) -> list[Note]:
+    known = ("gain by kind of variable", "the search uses")
+    return [Note("for information" if note.startswith(known) else "warning", note) for note in result.notes]
+
+
 def _answer(result: Optimisation) -> list[Item]:
     best = result.best
-    notes = [Note("warning", note) for note in result.notes]
+    notes = _notes(result)
     if best is None:
-        answer = MainResult("no gain", f"{result.name}: {reason_text(result.reason)}")
+        answer = MainResult("no better design", f"{result.name}: {reason_text(result.reason)}")
         none = "The search found no better point within the limits."
         return [answer, Notes(notes, none=none)]
     known = quantities()

@@ -126,7 +126,11 @@ class Optimisation(StatusOfReason, Reportable):
         """That no checked point is within the limits and better than the start; empty otherwise."""
         if self.best is not None:
             return ""
-        return f"none of {len(self.evaluations) - 1} points is better within the limits"
+        first, count = self.problem.objectives[0], len(self.evaluations) - 1
+        better = sum(point.figures[first] < self.start.figures[first] for point in self.front)
+        if better and not self.candidates:
+            return f"{better} better points within the limits on the mesh of the search, none was checked"
+        return f"none of {count} points is better within the limits"
 
     def settings(self, candidate: Candidate) -> SettingsResult:
         """Machine settings and design of a candidate."""
@@ -157,7 +161,7 @@ class Optimisation(StatusOfReason, Reportable):
             | {name: getattr(c, name) for name in ("gain", "gain_interval", "solved_gain", "holds", "verdict")}
             for c in self.candidates
         ]
-        names = ("name", "status", "reason", "gain_split", "notes", "seed", "seconds")
+        names = ("name", "status", "reason", "gain_split", "notes", "seed", "reused", "seconds")
         head = {name: getattr(self, name) for name in names} | {
             "best": best.name if best else None,
             "objectives": self.problem.objectives,

@@ -19,6 +19,7 @@ from efficiency.conditions.grid import Grid
 from efficiency.loss.compare import Comparison
 from efficiency.loss.efficiency_result import EfficiencyResult, pair_notes
 from efficiency.loss.power_loss import friction_along_mesh
+from ehl.common.arrays import BoolArray, FloatArray
 from ehl.common.data import reason_text
 from ehl.common.quantities import quantity
 from ehl.common.sections import Notes
@@ -97,6 +98,7 @@ _RANGES = (
     *("temperature_flash", "mu"),
 )
 _DERIVED = ("load_per_length", "half_width", "speed_sliding", "slide_to_roll_total")
+CARRIED = 0.999  # share of the load of the points whose largest film ratio is stated (this work)
 _LUBRICATION = ("film_central", "film_ratio", "temperature_flash", "rolling_traction")
 
 
@@ -137,7 +139,9 @@ def efficiency_table(result: EfficiencyResult) -> Table:
         columns |= {name: result.value(name) for name in _EDGE}
     film, flash = _finite(result.lubrication.film_ratio), _finite(result.lubrication.temperature_flash)
     columns[Column("film_ratio_min", of="film_ratio", label="film ratio, minimum")] = film.min(initial=math.inf)
-    columns[Column("film_ratio_max", of="film_ratio", label="film ratio, maximum")] = film.max(initial=-math.inf)
+    film = _finite(result.lubrication.film_ratio[carrying_points(result.points.force)])
+    label = f"film ratio, maximum ({percent(CARRIED, 1)} % of the load)"
+    columns[Column("film_ratio_max", of="film_ratio", label=label)] = film.max(initial=-math.inf)
     columns["temperature_flash"] = flash.max(initial=-math.inf)
     if result.solution.contacts:
         columns["contacts"] = result.solution.contacts
@@ -157,6 +161,18 @@ def efficiency_table(result: EfficiencyResult) -> Table:
         ),
         vertical=True,
     )
+
+
+def carrying_points(force: FloatArray) -> BoolArray:
+    """Mask of the most loaded points that carry the share `CARRIED` of the load.
+
+    The others are at the ends of the loaded lines: their number and film depend on the last digit of the torque.
+    """
+    order = np.argsort(-force)
+    before = np.cumsum(force[order]) - force[order]
+    mask = np.empty(force.size, bool)
+    mask[order] = before <= CARRIED * force.sum()
+    return mask
 
 
 def limit_columns(results: Iterable[Any]) -> dict[str, Column]:
@@ -252,7 +268,7 @@ def point_table(result: EfficiencyResult) -> Table:
     points, friction = result.points, result.friction
     places = ("pair", "face_gear", "height_gear", "face_pinion", "height_pinion", "length")
     columns: dict[Any, Any] = {
-        "position": points.position,
+        "mesh position": points.position + 1,
         "pinion_angle": result.cycle.pinion_angle[points.position],
         **{name: points.values(result.load.cycle, name) for name in places},
         "force": points.force,

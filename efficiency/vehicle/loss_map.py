@@ -274,12 +274,13 @@ class LossMap(LossTable, Tabular):
         Raises `InputError`: an unknown suffix, too few torques or speeds, torques of one sign only for VECTO, a file
         that cannot be written; `ConvergenceError`: a point failed.
         """
-        from efficiency.vehicle.map_files import FORMATS
+        from efficiency.vehicle.map_files import FORMATS, check_axes
 
         path = Path(path)
         content = FORMATS.get(path.suffix.lower())
         if content is None:
             raise InputError("model", str(path), f"a file name ending in {', '.join(FORMATS)}")
+        check_axes(path, self.torques, self.speeds)
         require_all(self.reason)
         write_file(path, content(self, path), "model")
         return path

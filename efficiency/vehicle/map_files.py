@@ -15,7 +15,20 @@ from regression.export.export import identifier
 from regression.export.fmu import Variable, fmu
 from regression.export.printer import number_rows
 
+VECTO = ".vtlm"
 VECTO_HEAD = "Input Speed [rpm],Input Torque [Nm],Torque Loss [Nm]"
+
+
+def check_axes(path: Path | str, torques: FloatArray, speeds: FloatArray) -> None:
+    """Raise an `InputError` for increasing torques and speeds whose map the format of a file does not accept."""
+    path = Path(path)
+    if path.suffix.lower() != VECTO and min(len(torques), len(speeds)) < 2:
+        found = f"{len(torques)} torques, {len(speeds)} speeds"
+        raise InputError("model", found, "at least two torques and two speeds")
+    if path.suffix.lower() == VECTO and not torques[0] < 0.0 < torques[-1]:
+        of = quantity("torque")
+        hint = "VECTO requires drive and coast: add torques of the other sign, such as '-300:300:7 N m'."
+        raise InputError("torque", of.span(torques[0], torques[-1]), "negative and positive torques", hint)
 
 
 def vecto(found: LossMap, path: Path) -> str:
@@ -25,10 +38,6 @@ def vecto(found: LossMap, path: Path) -> str:
     0 rpm, with a comment in its first line.
     """
     torques = found.torques
-    if not torques[0] < 0.0 < torques[-1]:
-        of = quantity("torque")
-        hint = "VECTO requires drive and coast: add torques of the other sign, such as '-300:300:7 N m'."
-        raise InputError("torque", of.span(torques[0], torques[-1]), "negative and positive torques", hint)
     rpm = quantity("speed").to_display(found.speeds)
     losses = found.values()
     rows = [
@@ -69,10 +78,11 @@ def modelica(found: LossMap, path: Path) -> str:
     """Modelica package (Standard Library 4): block `TorqueLoss` with the map, table `lossTable` for `LossyGear`.
 
     `LossyGear` has one efficiency and one friction torque for each speed and direction, here from a least-squares line
-    over the torques. The comment of the table states the largest deviation from the map.
+    over the torques. The comment of the table states the largest deviation from the map. A map without drive or coast
+    has no such table.
     """
     tables = _tables(found)
-    name = identifier(path)
+    name, both = identifier(path), bool(found.torques[0] < 0.0 < found.torques[-1])
     lossy, error = lossy_gear(found)
     blocks, outputs, equations = [], [], []
     for table, text in tables.items():
@@ -88,7 +98,7 @@ def modelica(found: LossMap, path: Path) -> str:
     return "\n".join(
         [
             f'package {name} "{_about(found)}"',
-            f'  constant Real lossTable[:,5] = {_matrix(lossy)} "Table of LossyGear, {deviation}";',
+            *(f'  constant Real lossTable[:,5] = {_matrix(lossy)} "Table of LossyGear, {deviation}";',) * both,
             '  block TorqueLoss "Torque loss at the pinion, bilinear; outside the axes that of the nearest point"',
             '    Modelica.Blocks.Interfaces.RealInput torque(unit="N.m") "Pinion torque, negative in coast";',
             '    Modelica.Blocks.Interfaces.RealInput speed(unit="rad/s") "Pinion speed";',
@@ -148,9 +158,6 @@ def lossy_gear(found: LossMap) -> tuple[FloatArray, float]:
 
 def _tables(found: LossMap) -> dict[str, str]:
     """Names and descriptions of the tables of a map."""
-    if min(found.shape) < 2:
-        shape = f"{len(found.torques)} torques, {len(found.speeds)} speeds"
-        raise InputError("model", shape, "at least two torques and two speeds")
     tables = {"torque_loss": "torque loss at the pinion"}
     if np.all(np.isfinite(found.values("torque_loss_upper"))):
         tables |= {name: f"{name[-5:]} end of its 90 % interval" for name in INTERVAL}
@@ -207,7 +214,7 @@ def _c_tables(torques: FloatArray, speeds: FloatArray, losses: Sequence[FloatArr
 
 
 FORMATS: dict[str, Callable[[LossMap, Path], str | bytes]] = {
-    ".vtlm": vecto,
+    VECTO: vecto,
     ".fmu": functional_mockup_unit,
     ".mo": modelica,
     ".m": matlab,

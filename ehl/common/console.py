@@ -386,11 +386,11 @@ def print_result(
         print_text(f"\nReferences\n{citation}")
 
 
-def fail_unless_converged(status: str, reason: str) -> None:
+def fail_unless_converged(status: str, reason: str, label: str = "not converged") -> None:
     """Exit code 1 with the reason on standard error if a result is not converged."""
     if status != "converged":
         if reason:
-            typer.echo(f"not converged: {reason_text(reason)}", err=True)
+            typer.echo(f"{label}: {reason_text(reason)}", err=True)
         raise typer.Exit(1)
 
 

@@ -47,10 +47,16 @@ class StatusOfReason:
 
 
 class Reportable:
-    """A result that can be printed, drawn and written.
+    """A result that can be printed, drawn and written; it is equal to itself alone.
 
     A subclass defines `to_dict`, and either `sections` or the name of the module that creates them.
     """
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        # the comparison of all fields by `dataclass` fails for arrays; it does not replace a method of the class
+        super().__init_subclass__(**options)
+        if cls.__eq__ is object.__eq__:
+            cls.__eq__, cls.__hash__ = object.__eq__, object.__hash__  # type: ignore[method-assign]
 
     presenter = ""
     """``"module:name"`` with functions ``name_sections(result, medium, **options)`` and ``plot_name(result, ax)``."""

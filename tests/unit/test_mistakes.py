@@ -152,7 +152,8 @@ OPTIONS: dict[str, tuple[tuple[Any, ...], dict[str, str], str]] = {
         --xlsx=x.csv; --torque=-1:1 N m; --load-share=60 %"""),
     "axle": (("axle", "truck_hypoid"), {}, """
         --temperature=balanced; --bearings=skv; --seals=lip; --churning=iso; --duty=no.csv; --test=triple;
-        --model=x.csv; --model=x.vtlm"""),
+        --model=x.csv; --model=x.vtlm; --tyre-radius=0.3 m; --duty duty.csv --test=single;
+        --test single --temperature=balance"""),
     "misalignment": (("misalignment", PAIR), {"--E": "0, 0.1 mm"}, """
         --E=0.1; --P=1 deg; --shaft-angle-error=1 mm; --side=up; --G=0.1; --marking=6; --E=0, 5 mm;
         --speed=1000 rpm; --samples=-1; --samples=2 --accuracy-grade=12"""),
@@ -171,7 +172,8 @@ OPTIONS: dict[str, tuple[tuple[Any, ...], dict[str, str], str]] = {
     "plan": (("plan", PAIR), {"--duty": "duty.csv", "--output": "p.toml"}, """
         --duty=none.csv; --output=p.json; --oil=75w91; --size=0; --size=-1; --coverage=a"""),
     "study": (("study", PAIR), {}, """
-        --jobs=0; --torque=50; --roughness-each=0.2; --E=0.1; --shaft-angle-error=4 mm; --P=10 m"""),
+        --jobs=0; --torque=50; --roughness-each=0.2; --E=0.1; --shaft-angle-error=4 mm; --P=10 m;
+        eaxle_helical_23x75 --jobs=1 | design"""),
     "optimise": (("optimise", "fm_hypoid_13x42"), {}, """
         --vary=crowning; --objective=loss; --objective=pressure; --limit=presure_max; --flanks=drives; --evaluations=1;
         --batch=0; --check=-1; --seed=-1; --duty=none.csv; --oil=none; --E=0.05; --over=median; --jobs=0;

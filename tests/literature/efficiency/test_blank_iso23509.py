@@ -457,6 +457,12 @@ def test_rating_of_a_design_with_a_duty_cycle() -> None:
     assert alone.drive.spectrum is None
     assert rated.drive.safety_root == alone.drive.safety_root
     assert rated.drive.spectrum.damage_pitting[0] > 1.0 > rated.coast.spectrum.damage_pitting[0]
+    for row, loaded, other in ((drive, "drive", "coast"), (coast, "coast", "drive")):
+        single = pair.rating(duty=[row])
+        sheet = next(t for t in single.sections()[0].items if isinstance(t, Table) and t.name == "safety").to_frame()
+        known = sheet.set_index("side")["damage_root"].notna()
+        assert known[loaded].all()
+        assert not known[other].any()
     assert len(alone.notes) == 2
     assert json.dumps(alone.to_dict(), allow_nan=False)
     with refuses("torque"):

@@ -18,6 +18,7 @@ from efficiency.axle.axle_input import AxleInput, HousingInput, ShaftInput, load
 from efficiency.axle.result import SCATTER, SOURCES, AxlePoint, AxleResult
 from ehl.common.data import data_path
 from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.table import Table
 from ehl.common.validation import validate
 from ehl.fluid.oil import Oil
 
@@ -205,6 +206,20 @@ def test_map_has_the_losses_of_points() -> None:
         assert of_map.loss_total_upper == pytest.approx(single.loss_total_upper, rel=2e-2)
 
 
+def test_interval_of_a_map_is_that_of_its_points() -> None:
+    """Also between the ends of its axes, where it is up to a fifth wider than on a line between them."""
+    speeds = [15.7, 94.2, 157.0, 314.0]
+    found = axle().map([200.0], speeds, 353.15, "75w90")
+    for speed, of_map in zip(speeds, found.points, strict=True):
+        single = axle().at(200.0, speed, 353.15, "75w90").points[0]
+        assert (of_map.loss_mesh_lower, of_map.loss_mesh_upper) == pytest.approx(
+            (single.loss_mesh_lower, single.loss_mesh_upper), rel=1e-2
+        )
+    without = axle().map([0.0, 200.0], 157.0, 353.15, "75w90", interval=False)
+    assert without.values() == pytest.approx([point(0.0).loss_total, found.points[2].loss_total], rel=1e-3)
+    assert list(np.isfinite(without.values("loss_total_upper"))) == [True, False]
+
+
 def test_loss_map_and_axle_test() -> None:
     found = map_of_axle().loss_map(353.15)
     assert found.shape == (2, 4)
@@ -246,6 +261,26 @@ def test_command(mixed_ehl: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     found = json.loads(outcome.out)["points"][0]
     assert found["loss_bearings"] == pytest.approx(point().loss_bearings)
     assert found["loss_seals"] != pytest.approx(point().loss_seals, rel=0.01)
+
+
+@pytest.mark.parametrize("torque", [200.0, -150.0])
+def test_shown_powers_differ_by_the_shown_loss(torque: float) -> None:
+    found = axle().at(torque, 157.0, 353.15, MODEL)
+    tables = [item for item in found.sections("terminal")[0].items if isinstance(item, Table)]
+    of_point, by_source = ({c.name: c.text(v) for c, v in zip(t.columns, t.rows[-1], strict=True)} for t in tables[:2])
+    powers = [float(of_point[f"axle_power_{way}"]) for way in ("input", "output")]
+    loss = float(by_source["loss_total"])
+    assert powers[0] - powers[1] == pytest.approx(loss, abs=1.01 * 10.0 ** (math.floor(math.log10(loss)) - 1))
+    assert powers[0] == pytest.approx(found.points[0].axle_power_input, abs=loss / 20.0)
+
+
+def test_command_with_a_vehicle_speed(mixed_ehl: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(efficiency, "Axle", lambda name, **given: Axle(name, grid=GRID, **given))
+    (path := tmp_path / "duty.csv").write_text("speed [km/h],torque [N m],temperature [K],hours [h]\n36,200,353.15,1\n")
+    outcome = mixed_ehl("axle", TRUCK, "--duty", path, "--tyre-radius", "0.32 m", "--friction", MODEL, "--json")
+    assert outcome.code == 0, outcome.err
+    [found] = json.loads(outcome.out)["points"]
+    assert found["speed"] == pytest.approx(10.0 / 0.32 * 34.0 / 9.0, rel=1e-12)
 
 
 def test_friction_outside_its_range_is_a_warning() -> None:

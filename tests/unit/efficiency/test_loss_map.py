@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from refusals import refuses
+from refusals import refused, refuses
 from samples import BEVEL
 
 from efficiency.cli.options import MAP_FILES
@@ -137,10 +137,33 @@ def test_other_formats_maps_without_coast_or_with_points_missing_are_no_file(tmp
     drive = replace(found, points=tuple(point for point in found.points if point.torque > 0.0))
     with refuses("torque"):
         drive.write_model(tmp_path / "drive.vtlm")
+    few = replace(found, points=tuple(point for point in found.points if point.torque >= 0.0))
+    # without coast it would be without loss there
+    assert "lossTable" not in few.write_model(tmp_path / "few.mo").read_text()
+    (tmp_path / "few.mo").unlink()
     torn = replace(found, points=(replace(found.points[0], status="failed", reason="no_contact"), *found.points[1:]))
     with pytest.raises(ConvergenceError, match="1 of 6 points"):
         torn.write_model(tmp_path / "torn.vtlm")
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("options", "field"),
+    [
+        (("--torque", "100:300:3 N m", "--speed", "500, 900 rpm", "--model", "x.vtlm"), "torque"),
+        (("--torque", "-100, 100 N m", "--speed", "500 rpm", "--model", "x.fmu"), "model"),
+    ],
+)
+@pytest.mark.parametrize("command", [("loss-map", BEVEL.name), ("axle", "truck_hypoid")])
+def test_map_that_no_format_accepts_is_refused_first(mixed_ehl, monkeypatch, command, options, field):
+    for place in ("efficiency.vehicle.loss_map.solve_loss_map", "efficiency.axle.axle.Axle._mesh"):
+        monkeypatch.setattr(place, None)
+    refused(mixed_ehl(*command, *options), f"{field} =")
+
+
+def test_map_file_of_an_axle_has_one_temperature(mixed_ehl: Any) -> None:
+    axes = ("--torque", "-100, 100 N m", "--speed", "500, 900 rpm", "--temperature", "40, 80 degC")
+    refused(mixed_ehl("axle", "truck_hypoid", *axes, "--model", "x.vtlm"), "temperature =")
 
 
 def test_equation_of_the_regulation() -> None:

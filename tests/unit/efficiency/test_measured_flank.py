@@ -17,6 +17,7 @@ from efficiency.contact.flank_pair import flank_pair
 from efficiency.contact.grid_flank import PointGrid
 from efficiency.contact.measured_flank import MeasuredFlank, Sizes, SmoothField, measured_flank, smooth_field
 from efficiency.design.design import load_design
+from efficiency.geometry.design_rating import rated_pair
 from efficiency.machine_settings.conjugate import target_relief
 from efficiency.machine_settings.correction import machine_corrections
 from efficiency.machine_settings.inputs import FlankTarget
@@ -124,6 +125,12 @@ def design_file(folder: Path, more: str) -> Path:
     path = folder / "design.toml"
     path.write_text(text + f'\n[gear.{GEAR.side}]\ngrid = "gear.csv"\n{more}', encoding="utf-8")
     return path
+
+
+def test_a_measured_gear_flank_keeps_the_cutter_of_the_design(tmp_path: Path) -> None:
+    """The mean of the point radii of both flanks, of which one is that of the nominal flank."""
+    design = load_design(design_file(tmp_path, 'measurement_uncertainty = "1 um"\n'))
+    assert rated_pair(design).cutter_radius == pytest.approx(rated_pair(DESIGN).cutter_radius, rel=1e-12)
 
 
 def test_a_design_with_measured_points_tells_the_interval(tmp_path: Path) -> None:

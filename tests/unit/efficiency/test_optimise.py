@@ -126,7 +126,8 @@ def test_a_killed_search_ends_with_the_same_front(found: Optimisation, folder: P
     assert len(lines) == 12
     cut.write_text("".join(lines[:4]) + lines[4][:50] + "\n" + "".join(lines[6:]), encoding="utf-8")
     again = optimise(PAIR, BOUNDS, store=cut, **RUN)
-    assert again.reused == 9
+    # of the seven evaluations a point was lost; the checks are no evaluations
+    assert again.reused == again.to_dict()["reused"] == 6
     assert values(again) == values(found)
     assert [c.exact.figures for c in again.candidates] == [c.exact.figures for c in found.candidates]
     # another problem takes nothing from it
@@ -216,6 +217,22 @@ def test_workers_give_the_same_points_and_lose_one_at_most(found: Optimisation) 
     first, second = evaluate_all(tasks, crashes, Journal(None))
     assert first.reason.startswith("worker_lost")
     assert second.figures == {"power_loss": 1.0}
+
+
+def test_a_search_without_a_better_design_says_so(mixed_ehl, monkeypatch, tmp_path, found) -> None:
+    """No row of verdicts without a checked point; better points of the search that were not checked are no failure."""
+    unchecked = replace(found, candidates=())
+    assert "none was checked" in unchecked.reason
+    first = found.problem.objectives[0]
+    worse = [e for e in found.evaluations if e.figures.get(first, 1e9) >= found.start.figures[first]]
+    none = replace(unchecked, evaluations=tuple(worse))
+    assert none.reason.startswith(f"none of {len(worse) - 1} ")
+    assert "verdict" not in report.candidates_table(none).names
+    assert report.candidates_table(found).names[-1] == "verdict"
+    monkeypatch.setattr("efficiency.optimise", lambda *args, **options: none)
+    outcome = mixed_ehl("optimise", PAIR, "-o", tmp_path / "none", "--json")
+    assert outcome.code == 1
+    assert "converged" not in outcome.err
 
 
 def test_a_gain_inside_its_interval_is_called_so(found: Optimisation) -> None:

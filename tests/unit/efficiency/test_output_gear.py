@@ -4,6 +4,7 @@ import csv
 import json
 import re
 import shlex
+from copy import copy
 from dataclasses import replace
 from itertools import chain
 from pathlib import Path
@@ -29,7 +30,7 @@ from efficiency.output.gear_report import load_figures, loss_figures, mesh_figur
 from efficiency.output.geometry_report import graded_notes, side_figures
 from efficiency.output.machine_summary import summary_rows, write_summary
 from efficiency.output.plots_load import map_figures
-from efficiency.output.tables import efficiency_grids
+from efficiency.output.tables import carrying_points, efficiency_grids, efficiency_table
 from ehl.common.errors import ConvergenceError
 from ehl.common.figures import figure_of
 from regression.formula import friction_model
@@ -42,6 +43,24 @@ ROUGH = {"roughness_rms_pinion": 0.4e-6, "roughness_rms_gear": 0.3e-6}
 @pytest.fixture(scope="module")
 def result() -> EfficiencyResult:
     return tiny_mesh().load(300.0).efficiency(MODEL, load_balance="frictionless", **ROUGH)
+
+
+def test_largest_film_ratio_is_that_of_points_that_carry_load(result: EfficiencyResult) -> None:
+    """A point with a vanishing force, as at the end of a line, does not change it."""
+    force = np.append(np.full(999, 1.0), [1e-9, 1e-12])
+    assert list(carrying_points(force)) == [True] * 999 + [False] * 2
+    at = carrying_points(result.points.force)
+    assert result.points.force[at].sum() >= 0.999 * result.points.force.sum()
+    shown = dict(zip(efficiency_table(result).names, efficiency_table(result).rows[0], strict=True))
+    assert shown["film_ratio_max"] == result.lubrication.film_ratio[at].max() <= result.lubrication.film_ratio.max()
+
+
+def test_results_are_equal_to_themselves_alone(result: EfficiencyResult, grid: Grid, comparison: Comparison) -> None:
+    """Their arrays have no single truth value; the same for all results."""
+    for found in (result, result.inputs, result.friction, grid, comparison):
+        assert found in (found,)
+        assert found != copy(found)
+        assert len({found, copy(found)}) == 2
 
 
 @pytest.fixture(scope="module")
@@ -127,6 +146,8 @@ def test_workbook_and_csv_hold_the_result(result: EfficiencyResult, tmp_path: Pa
     assert [name.split(" [")[0] for name in table] == [name.split(" [")[0] for name in points]
     assert {"pressure_hertz [Pa]", "temperature_bulk_1 [K]", "film_central [m]"} < set(table)
     np.testing.assert_allclose(table["force [N]"], result.points.force, rtol=1e-14)
+    for of_points in (table, points):  # numbered as in the notes, without a unit
+        assert list(of_points["mesh position"]) == list(result.points.position + 1)
 
 
 @pytest.mark.usefixtures("svg_figures")
