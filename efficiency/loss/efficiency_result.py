@@ -19,7 +19,7 @@ from ehl.common.notes import Note, NoteKind, group_notes
 from ehl.common.pages import Reportable
 from ehl.common.threads import one_thread
 from ehl.fluid.oil import Oil
-from ehl.uncertainty.result import InputUncertainty
+from ehl.uncertainty.result import InputUncertainty, score_of
 from ehl.uncertainty.spread import UncertaintyInput
 from regression.friction.models import FrictionEstimate, FrictionModel
 
@@ -279,11 +279,15 @@ class EfficiencyResult(Reportable):
     @property
     def loss_interval(self) -> tuple[float, float]:
         """Interval of sliding and rolling loss together [W], both independent, at the level of `inputs`."""
-        from efficiency.loss.uncertainty import loss_interval
+        from efficiency.loss.power_loss import loss_of
+        from efficiency.loss.uncertainty import ROLLING
 
-        at, ends = self.conditions, (self.efficiency_lower, self.efficiency_upper)
-        losses = self.power_loss, self.power_loss_rolling
-        return loss_interval(*losses, *ends, at.torque * at.speed, at.driver, self.inputs.level)
+        at, factor, ends = self.conditions, math.exp(score_of(self.inputs.level) * ROLLING), []
+        for side, end, rolling in ((-1.0, self.efficiency_upper, 1.0 / factor), (1.0, self.efficiency_lower, factor)):
+            sliding = loss_of(end, at.torque, at.speed, at.driver)
+            width = math.hypot(sliding - self.power_loss, (rolling - 1.0) * self.power_loss_rolling)
+            ends.append(self.power_loss + self.power_loss_rolling + side * width)
+        return ends[0], ends[1]
 
     @one_thread
     def uncertainty(

@@ -15,14 +15,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from efficiency.loss.contact_sample import coordinates, nearest, spread, worth_solving
-from efficiency.loss.kinematics import Driver, LoadedPoints
+from efficiency.loss.kinematics import LoadedPoints
 from efficiency.loss.lubrication import bulk_spread
-from efficiency.loss.power_loss import efficiency_of, loss_of
+from efficiency.loss.power_loss import efficiency_of
 from ehl.common.arrays import FloatArray
 from ehl.common.runner import run_tasks
 from ehl.fluid.oil import Oil
 from ehl.state import ContactState
-from ehl.uncertainty.result import Change, InputUncertainty, Together, score_of
+from ehl.uncertainty.result import Change, InputUncertainty, Together
 from ehl.uncertainty.spread import UncertaintyInput
 from regression.formula import ANY_OIL, Formula, shipped_formulas
 from regression.friction.models import FrictionEstimate, FrictionModel
@@ -79,23 +79,6 @@ class LossSample:
             return [self.mean(change, at) for change in found.together(scores, at)]
 
         return each, together, lambda scores: together(scores, slice(None, None, SLOPE_POINTS))
-
-
-def loss_interval(
-    sliding: float, rolling: float, lower: float, upper: float, power: float, driver: Driver, level: float = 0.90
-) -> tuple[float, float]:
-    """Interval of sliding and rolling loss together [W], both independent.
-
-    sliding, rolling: losses [W].
-    lower, upper: interval of the efficiency with sliding loss [-], at the `level`.
-    power: of the pinion [W].
-    driver: driving member.
-    """
-    factor, ends = math.exp(score_of(level) * ROLLING), []
-    for side, end, share in ((-1.0, upper, 1.0 / factor), (1.0, lower, factor)):
-        width = math.hypot(loss_of(end, power, 1.0, driver) - sliding, (share - 1.0) * rolling)
-        ends.append(sliding + rolling + side * width)
-    return ends[0], ends[1]
 
 
 def stand_in(model: FrictionModel, oil: Oil) -> tuple[FrictionModel, str]:
