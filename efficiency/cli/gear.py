@@ -99,7 +99,7 @@ def map_points(
 
 
 _RecordingOptions: Any = shared.group(
-    tyre_radius=shared.TyreOption,
+    tyre_radius=shared.text_option(shared.TYRE, panel=None),
     ratio=Annotated[
         float | None, typer.Option(help="Pinion revolutions per wheel revolution; default: that of the pair.")
     ],

@@ -192,7 +192,8 @@ def present_folder(result: Any, json_output: bool, folder: Path, failed: str = "
     console.fail_unless_converged(result.status, result.reason, failed)
 
 
-TyreOption = text_option("Tyre radius for a vehicle speed in km/h, e.g. '0.32 m'.", panel=None)
+TYRE = "Tyre radius for a vehicle speed in km/h, e.g. '0.32 m'."
+TyreOption = text_option(TYRE)
 MAP_FILES = (".vtlm", ".fmu", ".mo", ".m")
 MapFileOption = Annotated[
     list[Path] | None,
