@@ -92,8 +92,8 @@ def _ends(result: EfficiencyResult | None, interval: bool = True) -> tuple[float
 def _ends_of_map(grid: Grid, axes: Sequence[Sequence[float]]) -> list[tuple[float, float]]:
     """The same at every place of a map over torque, speed and temperature.
 
-    Linear between the logarithms of at most `NODES` solved values of each axis: within 3 % of the width on the map of
-    `truck_hypoid` (20 to 400 N m, 200 to 4000 rpm), 16 % at the corners of one over three decades.
+    Linear between the logarithms of at most `NODES` solved values of each axis. For `truck_hypoid` the widths are
+    within 3 % over 20 to 400 N m and 200 to 4000 rpm, within 17 % over 5 to 600 N m and 50 to 6000 rpm.
     """
     shape = tuple(map(len, axes))
     solved = np.reshape([point.result is not None for point in grid.points], shape)

@@ -13,7 +13,7 @@ from refusals import refuses
 
 import efficiency
 from efficiency.axle import bearings, drag
-from efficiency.axle.axle import Axle
+from efficiency.axle.axle import NODES, Axle
 from efficiency.axle.axle_input import AxleInput, HousingInput, ShaftInput, load_axle
 from efficiency.axle.result import SCATTER, SOURCES, AxlePoint, AxleResult
 from ehl.common.data import data_path
@@ -208,15 +208,16 @@ def test_map_has_the_losses_of_points() -> None:
 
 def test_interval_of_a_map_is_that_of_its_points() -> None:
     """Also between the ends of its axes, where it is up to a fifth wider than on a line between them."""
-    speeds = [15.7, 94.2, 157.0, 314.0]
+    speeds = [15.7, 30.0, 60.0, 94.2, 157.0, 220.0, 314.0]
     found = axle().map([200.0], speeds, 353.15, "75w90")
+    assert len(speeds) > NODES
     for speed, of_map in zip(speeds, found.points, strict=True):
         single = axle().at(200.0, speed, 353.15, "75w90").points[0]
         assert (of_map.loss_mesh_lower, of_map.loss_mesh_upper) == pytest.approx(
             (single.loss_mesh_lower, single.loss_mesh_upper), rel=1e-2
         )
     without = axle().map([0.0, 200.0], 157.0, 353.15, "75w90", interval=False)
-    assert without.values() == pytest.approx([point(0.0).loss_total, found.points[2].loss_total], rel=1e-3)
+    assert without.values() == pytest.approx([point(0.0).loss_total, found.points[4].loss_total], rel=1e-3)
     assert list(np.isfinite(without.values("loss_total_upper"))) == [True, False]
 
 
